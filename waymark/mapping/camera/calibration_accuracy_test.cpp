@@ -1,6 +1,6 @@
-// Error of a calibration, consistency of its covariance, and comparison with OpenCV on the same corners. The
-// target is a chessboard of 7 x 5 corners in 20 views of 1280 x 720 px, with 0.1 px of corner noise. There
-// are 50 runs with WAYMARK_FULL.
+// Tests the error of a calibration and the consistency of its covariance, and compares it with OpenCV on the
+// same corners. The target is a chessboard of 7 x 5 corners in 20 views of 1280 x 720 px, with 0.1 px of
+// corner noise. With WAYMARK_FULL, there are 50 runs.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -48,7 +48,7 @@ std::vector<Lens> lenses() {
            Equidistant{.fx = 420, .fy = 421, .cx = 646, .cy = 355, .k = {-0.02, 0.006, -0.003, 0.0005}}}};
 }
 
-/// All 35 corners from twenty directions, near enough to fill a good part of the image.
+/// All 35 corners from twenty directions, close enough to fill a good part of the image.
 std::vector<TargetPicture> pictures(const CameraModel& camera, double focal_px, Random& random) {
   const auto places = board_corners(board());
   std::vector<TargetPicture> all;
@@ -103,7 +103,7 @@ double opencv_focal_px(const std::vector<TargetPicture>& views, LensModel lens) 
   std::vector<cv::Mat> rotations;
   std::vector<cv::Mat> translations;
   if (lens == LensModel::Equidistant) {
-    // OpenCV diverges from its default start on some of these, so it starts near the truth.
+    // OpenCV diverges from its default starting values in some of these cases, so it starts near the truth.
     K = (cv::Mat_<double>(3, 3) << 430, 0, 640, 0, 430, 360, 0, 0, 1);
     distortion = cv::Mat::zeros(4, 1, CV_64F);
     cv::fisheye::calibrate(places, pixels, {kWidth, kHeight}, K, distortion, rotations, translations,
@@ -142,7 +142,7 @@ TEST(CalibrationAccuracy, FocalLengthErrorIsBelow0_05PercentAndCovarianceIsConsi
                 lens.name, 100 * median(ours), runs, 100 * median(theirs), nees, numbers);
     EXPECT_LT(median(ours), 5e-4) << lens.name;
     EXPECT_LT(median(ours), 1.02 * median(theirs))
-        << lens.name;  // the same optimum except for the outlier gate
+        << lens.name;  // the optimum is the same except for the outlier gate
     EXPECT_NEAR(nees, numbers, 3.5 * std::sqrt(2 * numbers / runs)) << lens.name;
   }
 }

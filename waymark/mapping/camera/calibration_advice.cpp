@@ -88,11 +88,11 @@ struct ViewResiduals {
   Eigen::VectorXd r{};
   Eigen::Matrix<double, Eigen::Dynamic, 6> J_pose{};
   Eigen::Matrix<double, Eigen::Dynamic, 2>
-      J_shutter{};            ///< shift of the lower image edge relative to the upper one [px]
+      J_shutter{};  ///< with respect to the shift of the lower image edge relative to the upper one [px]
   Eigen::VectorXd J_focal{};  ///< with respect to the logarithm of the focal length
   Eigen::Matrix<double, Eigen::Dynamic, 3>
       J_place{};                     ///< with respect to the position of each mark on the target [m]
-  std::vector<std::int64_t> keys{};  ///< the mark of each pair of rows
+  std::vector<std::int64_t> keys{};  ///< key of the mark for each pair of rows
 };
 
 Eigen::Vector2d centre_of(const CameraModel& camera) {
@@ -146,7 +146,8 @@ ViewResiduals residuals_of(const TargetView& view, const CameraModel& camera) {
   return all;
 }
 
-/// Decrease of a view's chi2 due to further unknowns in addition to its pose, and their values.
+/// The decrease in a view's chi2 if further unknowns are estimated in addition to its pose, and their
+/// estimates.
 struct Gain {
   double chi2 = 0;
   Eigen::VectorXd values{};
@@ -165,7 +166,7 @@ Gain gain_of(const ViewResiduals& view, const Eigen::MatrixXd& J) {
   return {std::max(0.0, -gradient.dot(step) - without), step.tail(J.cols())};
 }
 
-/// A cause: decrease of chi2, number of additional parameters, and message.
+/// A possible cause, with the decrease in chi2, the number of additional parameters, and the message.
 struct Cause {
   double gain = 0;
   double numbers = 1;
@@ -192,7 +193,7 @@ Cause rolling_shutter(const std::vector<ViewResiduals>& views) {
               median(shifts))};
 }
 
-/// Relative change of the focal length of some views, with the poses eliminated.
+/// Relative change in the focal length for some views, with the poses eliminated.
 struct FocalStep {
   double information = 0;
   double gradient = 0;
@@ -213,7 +214,7 @@ FocalStep focal_step(const ViewResiduals& view) {
   return {rest.squaredNorm(), rest.dot(view.r)};
 }
 
-/// One focal length up to some image, and another from that image on.
+/// The focal length has one value up to some image, and another from that image on.
 Cause focus(const std::vector<ViewResiduals>& views) {
   constexpr double kNumbers = 3;  // two focal lengths and the index of the change
   std::vector<FocalStep> steps;
@@ -272,8 +273,8 @@ Cause bent_board(const std::vector<ViewResiduals>& views) {
           1e3 * std::sqrt(squares / count))};
 }
 
-/// chi2 after a fit of the camera to a board that is stretched by this share along its rows and shortened
-/// along its columns.
+/// chi2 after a fit of the camera to a board that is stretched along its rows and shortened along its columns
+/// by this share.
 double chi2_of_stretched(std::vector<TargetView> views, double share, const FitOptions& options,
                          const Eigen::VectorXd& parameters) {
   for (TargetView& view : views)
@@ -287,7 +288,7 @@ double chi2_of_stretched(std::vector<TargetView> views, double share, const FitO
   return fit ? fit->chi2 : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// A board whose aspect ratio differs from the given one.
+/// A board whose aspect ratio differs from the specified one.
 Cause wrong_size(const std::vector<TargetView>& views, const FitOptions& options,
                  const Eigen::VectorXd& parameters) {
   constexpr double kStep = 0.003;
@@ -312,7 +313,7 @@ std::vector<std::string> calibration_causes(const std::vector<TargetView>& all, 
                                             const Eigen::VectorXd& parameters) {
   const auto camera = camera_of(options.lens, parameters, options.width_px, options.height_px);
   if (!camera) return {};
-  constexpr double kMinExplainedShare = 0.1;  // of chi2; smaller effects are negligible
+  constexpr double kMinExplainedShare = 0.1;  // as a share of chi2; smaller effects are negligible
   constexpr std::size_t kMinViewsForCauses = 5;
   constexpr Eigen::Index kMinResiduals = 16;
   std::vector<TargetView> views;
@@ -333,7 +334,7 @@ std::vector<std::string> calibration_causes(const std::vector<TargetView>& all, 
   for (const Cause& cause : causes)
     if (sums.free > cause.numbers)
       variance = std::min(variance, (sums.chi2 - cause.gain) / (sums.free - cause.numbers));
-  // Each additional parameter is penalised by the criterion of Schwarz, "Estimating the dimension of a model"
+  // Each additional parameter is penalised according to Schwarz, "Estimating the dimension of a model"
   // (1978).
   const auto worth = [&](const Cause& cause) {
     return cause.gain - cause.numbers * variance * std::log(sums.free);

@@ -68,13 +68,13 @@ std::vector<std::string> advice(const Defect& defect, std::uint64_t seed) {
   return found ? found->advice : std::vector<std::string>();
 }
 
-/// One word of the message of each cause.
+/// One keyword from each cause's message.
 const std::vector<std::string>& all_causes() {
   static const std::vector<std::string> words = {"shutter", "focus", "flat", "longer"};
   return words;
 }
 
-/// Expects exactly the cause with this word; empty: no cause.
+/// Expects that only the cause with this keyword is reported, or no cause if it is empty.
 void expect_cause(const Defect& defect, const std::string& cause) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const auto sentences = advice(defect, seed);
@@ -95,7 +95,7 @@ void expect_cause(const Defect& defect, const std::string& cause) {
 TEST(CalibrationCauses, GoodImagesHaveNone) { expect_cause({}, ""); }
 
 TEST(CalibrationCauses, ReportsABentBoard) {
-  // A sheet that bulges by 2 mm in its middle.
+  // A sheet that bulges by 2 mm in the middle.
   expect_cause({.place =
                     [](const Eigen::Vector2d& p) {
                       return Eigen::Vector3d(p.x(), p.y(), 0.002 * (1 - p.squaredNorm() / (0.15 * 0.15)));
@@ -140,7 +140,7 @@ void expect_advice(const CameraCalibration& found, const std::string& text) {
   testing::expect_on_page("calibrate", *sentence);
 }
 
-/// A calibration without advice.
+/// A calibration for which there is no advice.
 CameraCalibration good() {
   const auto camera = CameraModel::make(
       PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236, .k = {-0.25, 0.08}, .coefficients = 4},
@@ -160,7 +160,7 @@ TEST(CalibrationAdvice, IsEmptyForAGoodCalibration) {
 TEST(CalibrationAdvice, ReportsEachDefect) {
   CameraCalibration few = good();
   few.views.resize(9);
-  few.views.push_back({});  // not usable
+  few.views.push_back({});  // an unusable image
   expect_advice(few, "9 usable");
   CameraCalibration frontal = good();
   for (std::size_t i = 3; i < frontal.views.size(); ++i) frontal.views[i].tilt_deg = 19;
@@ -172,7 +172,7 @@ TEST(CalibrationAdvice, ReportsEachDefect) {
   CameraCalibration bent = good();
   bent.regions[2].noise_scale = 2.5;
   expect_advice(bent, "2.5 times");
-  CameraCalibration blurred = good();  // residuals consistent with the corner covariances
+  CameraCalibration blurred = good();  // the residuals are consistent with the corner covariances
   blurred.regions[2].rms_px = 0.25;
   EXPECT_THAT(internal::calibration_advice(blurred), IsEmpty());
   CameraCalibration vague = good();

@@ -1,5 +1,6 @@
-// Invariants of the calibration of any camera. Order, unit of length, frame and rotation of the target do not
-// matter; the covariance scales with the noise; the written calibration equals the result.
+// Invariants of the calibration of every camera. The order of images and the target's unit of length, frame
+// and rotation do not matter. The covariance scales with the noise. The calibration that is written equals
+// the result.
 #include <algorithm>
 #include <cmath>
 
@@ -26,7 +27,7 @@ CameraModel truth() {
       .value();
 }
 
-/// Images of a board of 9 x 6 corners from all sides.
+/// Images of a board of 9 x 6 corners taken from all sides.
 std::vector<TargetPicture> pictures(std::uint64_t seed, double noise_px, std::size_t count = 12) {
   Random random(seed);
   std::vector<TargetPicture> all;
@@ -57,7 +58,7 @@ CameraCalibration calibrated(const std::vector<TargetPicture>& views,
   return found ? std::move(*found) : CameraCalibration{.camera = truth()};
 }
 
-/// Distance of two results in standard deviations.
+/// The distance between two results in standard deviations.
 double apart(const CameraCalibration& a, const CameraCalibration& b) {
   return (a.parameters - b.parameters)
       .cwiseQuotient(a.covariance.diagonal().cwiseSqrt())
@@ -96,7 +97,7 @@ TEST(CalibrationLaws, ALargerBoardScalesDistancesAndNotTheCamera) {
 TEST(CalibrationLaws, TheOriginOfTheBoardDoesNotMatter) {
   const auto views = pictures(3, 0.1);
   auto moved = views;
-  const SE3 by(SO3::exp({0, 0, 0.7}), {0.4, -0.3, 0});  // in its plane
+  const SE3 by(SO3::exp({0, 0, 0.7}), {0.4, -0.3, 0});  // a motion within the target plane
   for (TargetPicture& view : moved) {
     for (TargetMark& mark : view) mark.target_points_m[0] = by * mark.target_points_m[0];
   }

@@ -30,8 +30,8 @@ Result<ParametricCamera> straight_camera(LensModel lens, double focal_px, const 
   return ParametricCamera{.lens = lens, .parameters = parameters, .camera = *std::move(camera)};
 }
 
-/// The focal length with which an undistorted camera best fits a few images, from a geometric series from
-/// telephoto to fisheye.
+/// The focal length with which an undistorted camera fits a few images best, selected from a geometric series
+/// that ranges from telephoto to fisheye.
 double rough_focal_px(const Search& search, LensModel lens) {
   constexpr std::size_t kMaxImagesTried = 8;
   constexpr double kMinFocalShare = 0.2;
@@ -60,7 +60,7 @@ double rough_focal_px(const Search& search, LensModel lens) {
   return best_px;
 }
 
-/// The pose given by a homography from the target's plane to the plane z = 1.
+/// The pose that corresponds to a homography from the target's plane to the plane z = 1.
 SE3 pose_of(const Eigen::Matrix3d& cam_H_target) {
   const double scale = 2 / (cam_H_target.col(0).norm() + cam_H_target.col(1).norm());
   const Eigen::Matrix3d H = scale * cam_H_target;
@@ -71,8 +71,8 @@ SE3 pose_of(const Eigen::Matrix3d& cam_H_target) {
   return {SO3::from_matrix(R), H.col(2)};
 }
 
-/// The other pose of a flat target with nearly the same image: its normal is reflected at the line of sight
-/// (Schweighofer and Pinz, "Robust Pose Estimation from a Planar Target", 2006).
+/// The other pose of a flat target with nearly the same image, in which its normal is mirrored about the line
+/// of sight (Schweighofer and Pinz, "Robust Pose Estimation from a Planar Target", 2006).
 SE3 reflected(const SE3& cam_T_target) {
   const Eigen::Vector3d sight = cam_T_target.translation().normalized();
   const Eigen::Vector3d normal = cam_T_target.rotation() * Eigen::Vector3d::UnitZ();
@@ -82,7 +82,7 @@ SE3 reflected(const SE3& cam_T_target) {
   return {SO3::exp(axis.angle() * axis.axis()) * cam_T_target.rotation(), cam_T_target.translation()};
 }
 
-/// The view's pose refined from this one; infinite error if the search fails.
+/// The pose of the view, refined from the given pose; the error is infinite if the search fails.
 RoughPose refined(TargetView view, const SE3& cam_T_target, const ParametricCamera& camera) {
   view.target_T_cam = cam_T_target.inverse();
   std::vector<TargetView> one{std::move(view)};
@@ -114,7 +114,7 @@ RoughPose rough_pose(const TargetView& view, const ParametricCamera& camera) {
   return other.rms_px < found.rms_px ? other : found;
 }
 
-/// The pose estimated from tags, regardless of the noise of their corners.
+/// The pose estimated from tags, regardless of the noise in their corners.
 RoughPose rough_pose(const std::vector<TagDetection>& detections, const TagMap& target,
                      const CameraModel& camera) {
   constexpr double kNoGate = 1e9;
@@ -147,7 +147,7 @@ PoseStart start_from_plane(const std::vector<TargetView>& views) {
 
 bool usable(const TargetView& view) {
   constexpr int kMinPoints = 8;
-  constexpr double kMinWidthShare = 0.02;  // a narrower strip counts as a line
+  constexpr double kMinWidthShare = 0.02;  // a narrower strip is treated as a line
   int points = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
@@ -254,7 +254,7 @@ CalibratedView summary_of(const TargetView& view, const CameraModel& camera) {
 
 std::array<ImageRegion, 9> regions_of(const std::vector<TargetView>& views, const CameraModel& camera) {
   std::array<std::vector<double>, 9> squares;
-  std::array<std::vector<double>, 9> chi2;  // per coordinate
+  std::array<std::vector<double>, 9> chi2;  // for each coordinate
   for (const TargetView& view : views) {
     for_each_corner(view, camera, [&](const Eigen::Vector2d& seen, const Eigen::Vector2d& px) {
       squares.at(internal::ninth_of(seen, camera)).push_back((px - seen).squaredNorm());

@@ -8,32 +8,33 @@
 #include "waymark/mapping/camera/camera_calibration.hpp"
 #include "waymark/mapping/camera/intrinsics_fit.hpp"
 
-/// Parts of calibrate_camera(): the start of the search and the evaluation of its result.
+/// Parts of calibrate_camera(): initialisation of the search and evaluation of its result.
 namespace waymark::internal {
 
-/// Approximate camera pose for an image, regardless of the noise of its corners, with its fit error [px].
+/// Approximate camera pose for an image, regardless of the noise in its corners, together with its fit error
+/// [px].
 struct RoughPose {
   SE3 target_T_cam{};
   double rms_px = std::numeric_limits<double>::infinity();
 };
 
-/// A camera with its parameter vector.
+/// A camera and its parameter vector.
 struct ParametricCamera {
   LensModel lens{};
   Eigen::VectorXd parameters{};
   CameraModel camera;
 };
 
-/// Estimates the camera pose of an image.
+/// Function that estimates the camera pose for an image.
 using PoseStart = std::function<RoughPose(std::size_t picture, const ParametricCamera& camera)>;
 
-/// Starts from the tags of an image, some of which may be wrong. `pictures` and `target` must outlive the
-/// result.
+/// Estimates the pose from the tags in an image, some of which may be wrong. `pictures` and `target` must
+/// outlive the result.
 [[nodiscard]] PoseStart start_from_tags(const std::vector<std::vector<TagDetection>>& pictures,
                                         const TagMap& target);
-/// Starts from all points of an image of a flat target (z = 0), using their homography (Zhang, section 3.1).
-/// The better one of this pose and its reflection at the line of sight is used. `views` must outlive the
-/// result.
+/// Estimates the pose from all points in an image of a flat target (z = 0), using their homography (Zhang,
+/// section 3.1). The better of this pose and its reflection about the line of sight is used. `views` must
+/// outlive the result.
 [[nodiscard]] PoseStart start_from_plane(const std::vector<TargetView>& views);
 
 /// The problem and the current state of the search.
@@ -44,18 +45,18 @@ struct Search {
   std::vector<TargetView> views{};
 };
 
-/// Whether an image shows enough of the target: at least eight points, not on one line.
+/// Whether an image shows enough of the target: at least eight points that are not on one line.
 [[nodiscard]] bool usable(const TargetView& view);
 
-/// Restarts the search with this lens model: selects a focal length from a geometric series and estimates the
-/// pose of each image. Removes the marks of views without a usable pose.
+/// Restarts the search with this lens model. Selects a focal length from a geometric series and estimates the
+/// pose for each image. Removes the marks of views without a usable pose.
 [[nodiscard]] Status begin_search(Search& search, LensModel lens);
 
 /// Replaces the pose of a view if another pose explains the image better (a distant flat target has two
 /// similar-looking poses).
 void find_better_poses(Search& search, const ParametricCamera& camera);
 
-/// Squared reprojection errors of a view's corners in use [px^2].
+/// Squared reprojection errors of the corners in use in a view [px^2].
 [[nodiscard]] std::vector<double> squared_distances_px2(const TargetView& view, const CameraModel& camera);
 [[nodiscard]] double root_mean(const std::vector<double>& squares);
 

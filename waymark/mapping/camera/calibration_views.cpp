@@ -14,7 +14,8 @@
 namespace waymark {
 namespace {
 
-/// Blur at a pixel from the contrast and the steepest slope around it [px]; empty at the border.
+/// Blur at a pixel, computed from the contrast and the steepest slope around it [px]; empty at the image
+/// border.
 std::optional<double> width_at(const ImageView& image, const Eigen::Vector2d& px) {
   constexpr int kReach = 5;
   const int x0 = static_cast<int>(px.x());
@@ -110,7 +111,7 @@ int count_of(const ViewCoverage& coverage, BoardTilt tilt) {
 
 std::size_t third_of(double share) { return static_cast<std::size_t>(std::clamp(3 * share, 0.0, 2.0)); }
 
-/// "left, upper or lower".
+/// Joins words as in "left, upper or lower".
 std::string joined_by_or(const std::vector<std::string>& words) {
   if (words.size() < 2) return words.empty() ? "" : words.front();
   return fmt::format("{} or {}", fmt::join(words.begin(), words.end() - 1, ", "), words.back());
@@ -137,7 +138,7 @@ BoardTilt board_tilt(const SE3& target_T_cam, double min_tilt_deg) {
   const Eigen::Vector3d normal = target_T_cam.rotation().inverse() * Eigen::Vector3d::UnitZ();
   const double tilt_deg = to_degrees(std::acos(std::clamp(normal.z(), -1.0, 1.0)));
   if (tilt_deg < min_tilt_deg) return BoardTilt::Frontal;
-  // On the board dz/dx = -n_x / n_z: if n_x < 0, its left side is nearer.
+  // On the board, dz/dx = -n_x / n_z, so its left side is nearer if n_x < 0.
   if (std::abs(normal.x()) > std::abs(normal.y()))
     return normal.x() < 0 ? BoardTilt::LeftNearer : BoardTilt::RightNearer;
   return normal.y() < 0 ? BoardTilt::UpperNearer : BoardTilt::LowerNearer;

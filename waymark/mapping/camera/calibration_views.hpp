@@ -14,7 +14,7 @@
 #include "waymark/image/image.hpp"
 #include "waymark/mapping/camera/target_mark.hpp"
 
-/// Selection of images of a live camera for a calibration, and coverage of the views taken so far.
+/// Selection of images from a live camera for a calibration, and coverage by the views captured so far.
 namespace waymark {
 
 struct CaptureOptions {
@@ -42,25 +42,25 @@ struct CaptureOptions {
   }
 };
 
-/// Decision about an image.
+/// The decision about an image.
 enum class CaptureVerdict : std::uint8_t { NoTarget, TooFew, Moving, Blurred, Known, New };
 
-/// "no board in view", "hold still", …; shown to the person who holds the board.
+/// The text shown to the person who holds the board: "no board in view", "hold still", …
 [[nodiscard]] std::string_view to_string(CaptureVerdict verdict);
 
-/// Edge width at the corners [px]. It is the standard deviation of a blur with the same steepest slope
-/// relative to the local contrast, as the median over the corners. Empty if no corner lies within the image.
-/// O(corners).
+/// Edge width at the corners [px]. It is the standard deviation of a blur that results in the same steepest
+/// slope relative to the local contrast; the median over the corners is returned. Empty if no corner lies
+/// within the image. O(corners).
 [[nodiscard]] std::optional<double> edge_width_px(const ImageView& image, const TargetPicture& marks);
 
-/// Selects images of a stream that are sharp, show the board at rest, and differ from all earlier views. The
-/// board counts as at rest after two successive images without motion.
+/// Selects images from a stream that are sharp, that show the board at rest, and that differ from all earlier
+/// views. The board counts as at rest after two successive images without motion.
 class ViewCapture {
  public:
   explicit ViewCapture(const CaptureOptions& options = {}) : options_(options) {}
 
-  /// Decides about the next image of the stream; an image with the verdict New is added to the views. O(views
-  /// * marks).
+  /// Decides whether to use the next image of the stream; an image with the verdict New is added to the
+  /// views. O(views * marks).
   [[nodiscard]] CaptureVerdict take(SensorTime stamp, const ImageView& image, const TargetPicture& marks);
   /// Adds a view from an earlier run.
   void add(TargetPicture marks) { views_.push_back(std::move(marks)); }
@@ -78,14 +78,16 @@ class ViewCapture {
 /// Tilt of a flat target relative to the camera, named after the nearer edge in the image.
 enum class BoardTilt : std::uint8_t { Frontal, LeftNearer, RightNearer, UpperNearer, LowerNearer };
 
-/// For a target whose z axis points away from the camera. Frontal: tilt below `min_tilt_deg`.
+/// The tilt of a target whose z axis points away from the camera. It is Frontal if the angle is below
+/// `min_tilt_deg`.
 [[nodiscard]] BoardTilt board_tilt(const SE3& target_T_cam, double min_tilt_deg = 20);
 
-/// Coverage of the image and of tilts by a set of views.
+/// How well a set of views covers the image and the tilts.
 struct ViewCoverage {
   int views = 0;
-  std::array<int, 9> corners{};  ///< corners in each ninth of the image, row by row from the top left
-  std::array<int, 5> tilts{};    ///< views by BoardTilt
+  /// Number of corners in each ninth of the image, row by row from the top left.
+  std::array<int, 9> corners{};
+  std::array<int, 5> tilts{};  ///< number of views for each BoardTilt
 };
 
 /// Number of corners in each ninth of the image, row by row from the top left.
@@ -109,15 +111,15 @@ struct CoverageOptions {
   }
 };
 
-/// Missing views as instructions to the person who holds the board, most important first; empty if coverage
-/// is complete.
+/// Instructions for capturing the missing views, for the person who holds the board; the most important one
+/// is first. The list is empty if coverage is complete.
 [[nodiscard]] std::vector<std::string> missing_views(const ViewCoverage& coverage,
                                                      const CoverageOptions& options = {});
 
-/// The required tilts with the name of the nearer edge: "left", "right", "upper", "lower".
+/// The required tilts, each with the name of the nearer edge: "left", "right", "upper" or "lower".
 [[nodiscard]] const std::array<std::pair<BoardTilt, const char*>, 4>& tilts_with_edges();
 
-/// "top left", … "bottom right": names of the ninths of an image.
+/// Names of the ninths of an image, from "top left" to "bottom right".
 [[nodiscard]] const std::array<const char*, 9>& image_part_names();
 
 }  // namespace waymark

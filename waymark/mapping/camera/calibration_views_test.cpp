@@ -1,4 +1,4 @@
-// Instructions of a guided calibration, and the images that it takes.
+// The instructions given in a guided calibration, and the images that it selects.
 #include "waymark/mapping/camera/calibration_views.hpp"
 
 #include <cmath>
@@ -18,7 +18,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A board in front of the camera, rotated about an axis of the camera.
+/// A board in front of the camera, rotated about an axis given in camera axes.
 SE3 board_turned(const Eigen::Vector3d& by_deg) {
   return SE3(SO3::exp(by_deg * to_radians(1)), {0, 0, 1}).inverse();
 }
@@ -34,7 +34,7 @@ TEST(BoardTilt, IsTheNearerEdge) {
                                        std::pair(Eigen::Vector3d(0, -30, 0), BoardTilt::LeftNearer)}) {
       const SE3 target_T_cam = (board_turned(by_deg).inverse() * roll).inverse();
       EXPECT_EQ(board_tilt(target_T_cam), tilt) << by_deg.transpose();
-      // Compared with the depth of the edges themselves.
+      // The result is compared with the depths of the edges themselves.
       const SE3 cam_T_target = board_turned(by_deg).inverse();
       const double left = (cam_T_target * Eigen::Vector3d(-1, 0, 0)).z();
       const double right = (cam_T_target * Eigen::Vector3d(1, 0, 0)).z();
@@ -48,7 +48,7 @@ TEST(BoardTilt, IsTheNearerEdge) {
   }
 }
 
-/// A grid of corners with this pitch; the upper left corner is at (x_px, y_px).
+/// A grid of corners with the given pitch, whose upper left corner is at (x_px, y_px).
 TargetPicture grid(double x_px, double y_px, double pitch_px = 12) {
   TargetPicture marks;
   for (int i = 0; i < 30; ++i)
@@ -88,10 +88,11 @@ TEST(ViewCoverage, ReportsEmptyPartsOfTheImage) {
   EXPECT_THAT(missing_views(coverage), Contains(HasSubstr("top right, bottom left")));
 }
 
-/// Squares with blurred edges at the corners of grid(): cells of 12 px from (40, 40).
+/// A pattern of 12 px squares with blurred edges that starts at (40, 40), so that its corners match those of
+/// grid().
 Image squares(double blur_px) {
   Image image(640, 480, 128);
-  const auto soft = [&](double v) {  // alternates between +1 and -1, blurred
+  const auto soft = [&](double v) {  // a blurred square wave between +1 and -1
     const double phase = v / 12;
     const double nearest = 12 * std::abs(phase - std::round(phase));
     const double side = static_cast<int>(std::floor(phase)) % 2 == 0 ? 1 : -1;
@@ -113,7 +114,7 @@ TEST(EdgeWidth, IsTheBlurOfTheImage) {
   EXPECT_FALSE(edge_width_px(squares(1), grid(-500, -500)));
 }
 
-/// A stream of images 33 ms apart.
+/// A stream of images that are 33 ms apart.
 struct Stream {
   ViewCapture capture{};
   int k = 0;
@@ -126,12 +127,13 @@ TEST(ViewCapture, TakesStillSharpAndNewImages) {
   const Image sharp = squares(1);
   Stream stream;
   EXPECT_EQ(stream.show({}, sharp), CaptureVerdict::NoTarget);
-  EXPECT_EQ(stream.show(grid(40, 40), sharp), CaptureVerdict::Moving);  // it may have just entered the image
+  // The board may have just entered the image.
+  EXPECT_EQ(stream.show(grid(40, 40), sharp), CaptureVerdict::Moving);
   EXPECT_EQ(stream.show(grid(40, 40), sharp), CaptureVerdict::Moving);
   EXPECT_EQ(stream.show(grid(40, 40), sharp), CaptureVerdict::New);
   EXPECT_EQ(stream.show(grid(40, 40), sharp), CaptureVerdict::Known);
   for (int i = 1; i < 8; ++i)
-    EXPECT_NE(stream.show(grid(40 + 24 * i, 40), sharp), CaptureVerdict::New);  // 727 px/s
+    EXPECT_NE(stream.show(grid(40 + 24 * i, 40), sharp), CaptureVerdict::New);  // at 727 px/s
   EXPECT_EQ(stream.show(grid(232, 40), sharp), CaptureVerdict::Moving);
   EXPECT_EQ(stream.show(grid(232, 40), sharp), CaptureVerdict::Moving);
   EXPECT_EQ(stream.show(grid(232, 40), sharp), CaptureVerdict::New);

@@ -53,7 +53,7 @@ std::vector<TargetView> usable_views(const std::vector<TargetView>& views) {
   return kept;
 }
 
-/// Copies fitted views back to their positions.
+/// Copies the fitted views back to their original positions.
 void restore_frames(const std::vector<TargetView>& fitted, std::vector<TargetView>& views) {
   std::size_t next = 0;
   for (TargetView& view : views)
@@ -87,8 +87,8 @@ void exclude_outliers(std::vector<TargetView>& views, const CameraModel& camera,
   }
 }
 
-/// Estimates simple distortion first, then one more coefficient, then all. From a poor start, estimates of
-/// high powers would bend rays back into the image, which no real lens does.
+/// Estimates simple distortion first, then one more coefficient, then all of them. If all were estimated from
+/// a poor start, the higher powers could bend rays back into the image, which no real lens does.
 std::optional<IntrinsicsFit> fit_in_stages(std::vector<TargetView>& views, const Eigen::VectorXd& parameters,
                                            FitOptions options) {
   constexpr int kAll = 1000;
@@ -140,8 +140,8 @@ Result<IntrinsicsFit> fit_all(Search& search, double gate_sigma) {
 
 double square(double x) { return x * x; }
 
-/// Cross-validation: fits without each group of images in turn and predicts the group, of which only the
-/// poses are estimated.
+/// Cross-validation. Leaves out each group of images in turn, fits the others, and predicts the group that
+/// was left out, estimating only its poses.
 std::optional<double> held_out_rms_px(const Search& fitted, int folds) {
   const std::vector<TargetView> views = usable_views(fitted.views);
   const std::size_t groups = std::min<std::size_t>(static_cast<std::size_t>(folds), views.size());
@@ -212,8 +212,8 @@ Result<CameraCalibration> calibrate_with(Search search, LensModel lens,
   return found;
 }
 
-/// Calibrates with the given lens model, or else with the candidate that has the fewest parameters among
-/// those with nearly the smallest cross-validation error.
+/// Calibrates with the given lens model or, if none is given, with the candidate that has the fewest
+/// parameters among those with nearly the smallest cross-validation error.
 Result<CameraCalibration> calibrate(const Search& search, std::optional<LensModel> lens,
                                     const CameraCalibrationOptions& options) {
   const std::vector<LensModel>& choice = options.lenses.empty() ? lens_models() : options.lenses;

@@ -20,13 +20,13 @@
 namespace waymark {
 
 struct CameraCalibrationOptions {
-  /// Standard deviation of corners without a covariance (as TagPoseOptions::corner_sigma_px). It weights them
-  /// relative to corners with a covariance; the noise scale from the residuals applies to both.
+  /// Standard deviation of corners without a covariance (like TagPoseOptions::corner_sigma_px). It determines
+  /// their weight relative to corners with a covariance; the noise scale from the residuals applies to both.
   double corner_sigma_px = 0.2;
   double gate_sigma = 4;
   double better_by = 0.02;
   int folds = 5;
-  std::vector<LensModel> lenses{};  ///< candidates if no lens model is given; empty: all. Not a field
+  std::vector<LensModel> lenses{};  ///< candidates if no lens model is given; empty for all. Not a field
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -45,64 +45,64 @@ struct CameraCalibrationOptions {
   }
 };
 
-/// A cell of the 3 x 3 grid of the image, row by row from the top left.
+/// A cell of the 3 x 3 grid on the image; cells are numbered row by row from the top left.
 struct ImageRegion {
   std::size_t corners = 0;
   double rms_px = 0;
-  double noise_scale = 0;  ///< residuals relative to the corners' covariances
+  double noise_scale = 0;  ///< size of the residuals relative to the corners' covariances
 };
 
-/// Result for one image.
+/// The result for one image.
 struct CalibratedView {
-  std::size_t marks = 0;     ///< tags or board corners used
-  std::size_t rejected = 0;  ///< marks of the target with too large residuals
+  std::size_t marks = 0;     ///< number of tags or board corners used
+  std::size_t rejected = 0;  ///< number of the target's marks with excessive residuals
   double rms_px = 0;         ///< reprojection error of the corners used
-  double tilt_deg = 0;       ///< between the optical axis and the target's normal
+  double tilt_deg = 0;       ///< angle between the optical axis and the target's normal
   double distance_m = 0;     ///< from the camera to the centroid of the points in view
-  SE3 target_T_cam{};        ///< pose of the camera
-  std::vector<bool> used{};  ///< by mark of the image; empty: the image was not usable
+  SE3 target_T_cam{};        ///< camera pose
+  std::vector<bool> used{};  ///< for each mark of the image; empty if the image was not usable
 };
 
 /// Cross-validation error of a lens model.
 struct LensTrial {
   LensModel lens{};
-  std::optional<double> held_out_rms_px{};  ///< empty: it could not be fitted
+  std::optional<double> held_out_rms_px{};  ///< empty if the model could not be fitted
 };
 
 struct CameraCalibration {
   CameraModel camera;
   LensModel lens{};
-  std::vector<std::string> names{};  ///< of the parameters
+  std::vector<std::string> names{};  ///< names of the parameters
   Eigen::VectorXd parameters{};
-  Eigen::MatrixXd covariance{};         ///< of the parameters, scaled by noise_scale
-  double rms_px = 0;                    ///< of the corners used
-  double held_out_rms_px = 0;           ///< of held-out images
-  double noise_scale = 1;               ///< residuals relative to the corners' covariances
-  std::vector<CalibratedView> views{};  ///< in the order of the input; marks 0: the image was not usable
+  Eigen::MatrixXd covariance{};  ///< covariance of the parameters, scaled by noise_scale
+  double rms_px = 0;             ///< reprojection error of the corners used
+  double held_out_rms_px = 0;    ///< reprojection error in held-out images
+  double noise_scale = 1;        ///< size of the residuals relative to the corners' covariances
+  /// In the order of the input; `marks` is 0 if the image was not usable.
+  std::vector<CalibratedView> views{};
   std::array<ImageRegion, 9> regions{};
   std::vector<LensTrial> trials{};
-  std::vector<std::string> advice{};  ///< sentences about missing images and likely causes of residuals
+  std::vector<std::string> advice{};  ///< sentences about missing images and likely causes of the residuals
 };
 
 /// Estimates the intrinsics of a camera from images of tags with known poses on a target (`target`: a printed
-/// board, or any mapped tags). All corners of all images are fitted together without outliers. Each image is
-/// also predicted once by a fit to the others. Without `lens`, selects the lens model with the fewest
-/// parameters among those with nearly the smallest cross-validation error. Fails (InvalidArgument) with fewer
-/// than three usable images, with images from one side only (focal length and distance are then
-/// indistinguishable), or if the fit does not converge. O(pictures * tags * parameters
-/// * iterations).
+/// board, or any mapped tags). All corners of all images are fitted together, with outliers excluded. Each
+/// image is also predicted once by a fit that excludes it. Without `lens`, selects the lens model with the
+/// fewest parameters among those with nearly the smallest cross-validation error. Fails (InvalidArgument)
+/// with fewer than three usable images, with images taken from one side only (focal length and distance are
+/// then indistinguishable), or if the fit does not converge. O(pictures * tags * parameters * iterations).
 [[nodiscard]] Result<CameraCalibration> calibrate_camera(
     const std::vector<std::vector<TagDetection>>& pictures, const TagMap& target, int width_px, int height_px,
     std::optional<LensModel> lens = {}, const CameraCalibrationOptions& options = {});
 
-/// The same for any flat target (all points at z = 0), such as the corners of a board. An image with fewer
-/// than eight points is not usable.
+/// Does the same for any flat target (all points at z = 0), such as the corners of a board. An image with
+/// fewer than eight points is not usable.
 [[nodiscard]] Result<CameraCalibration> calibrate_camera(const std::vector<TargetPicture>& pictures,
                                                          int width_px, int height_px,
                                                          std::optional<LensModel> lens = {},
                                                          const CameraCalibrationOptions& options = {});
 
-/// The calibration as written into calibration.yaml.
+/// The calibration as written to calibration.yaml.
 [[nodiscard]] Calibration to_calibration(const CameraCalibration& found);
 
 }  // namespace waymark

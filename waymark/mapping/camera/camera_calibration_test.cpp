@@ -17,7 +17,7 @@ namespace {
 constexpr int kWidth = 640;
 constexpr int kHeight = 480;
 
-/// Six by five tags of 4 cm with a pitch of 5.2 cm, x right and y down, centred at the origin.
+/// A board of 6 x 5 tags of 4 cm with a pitch of 5.2 cm, x right and y down, centred at the origin.
 TagMap board() {
   TagMap map;
   for (int row = 0; row < 5; ++row)
@@ -29,7 +29,7 @@ TagMap board() {
   return map;
 }
 
-/// Images from all sides with corner noise; tags that are not fully in the image are not detected.
+/// Images from all sides with corner noise; tags that are not entirely in the image are not detected.
 std::vector<std::vector<TagDetection>> pictures(const CameraModel& camera, Random& random, double sigma_px,
                                                 int count, double max_tilt_deg) {
   std::vector<std::vector<TagDetection>> all;
@@ -86,7 +86,8 @@ Eigen::VectorXd truth_of(const CameraModel& camera, LensModel lens) {
   return p;
 }
 
-/// Mean NEES of all parameters over seeds; equals their number if the covariance is consistent.
+/// Mean NEES of all parameters over seeds; it equals the number of parameters if the covariance is
+/// consistent.
 double mean_nees(const CameraModel& camera, LensModel lens, int seeds) {
   double sum = 0;
   for (int seed = 0; seed < seeds; ++seed) {
@@ -119,7 +120,8 @@ TEST(CameraCalibration, SelectsTheLensByCrossValidation) {
   EXPECT_NEAR(found.held_out_rms_px, 0.1 * std::sqrt(2), 0.01);
   EXPECT_NEAR(found.noise_scale, 1, 0.05);
   EXPECT_LT(found.rms_px, found.held_out_rms_px);
-  EXPECT_GT(*found.trials.front().held_out_rms_px, 3 * found.held_out_rms_px);  // no distortion at all
+  // The error with no distortion at all.
+  EXPECT_GT(*found.trials.front().held_out_rms_px, 3 * found.held_out_rms_px);
   EXPECT_TRUE(found.advice.empty()) << found.advice.front();
 }
 
@@ -175,7 +177,7 @@ TEST(CameraCalibration, UndeterminedCoefficientsHaveAPositiveVariance) {
     Random random(seed);
     const auto found = calibrate_camera(pictures(*mild, random, 0.05, 8, 15), board(), kWidth, kHeight,
                                         LensModel::Rational8);
-    if (!found) continue;  // an error is correct as well
+    if (!found) continue;  // an error is a valid result as well
     EXPECT_GT(found->covariance.diagonal().minCoeff(), 0) << "seed " << seed;
     EXPECT_GT(found->covariance.ldlt().vectorD().minCoeff(), 0) << "seed " << seed;
   }
@@ -190,7 +192,7 @@ TEST(CameraCalibration, RejectsUninformativeInput) {
   auto broken = views;
   broken[0][0].corners_px[2].x() = std::nan("");
   EXPECT_FALSE(calibrate_camera(broken, board(), kWidth, kHeight));
-  std::vector<TargetPicture> points;  // every mark at one point: poses are not determined
+  std::vector<TargetPicture> points;  // all marks are at one point, so that poses are not determined
   for (const auto& view : views) {
     points.push_back(target_marks(view, board()));
     for (TargetMark& mark : points.back()) {
@@ -199,7 +201,7 @@ TEST(CameraCalibration, RejectsUninformativeInput) {
     }
   }
   EXPECT_FALSE(calibrate_camera(points, kWidth, kHeight));
-  auto mixed = views;  // tag numbers unrelated to positions
+  auto mixed = views;  // tag numbers that are unrelated to the positions
   for (auto& view : mixed)
     for (std::size_t i = 0; i < view.size(); ++i) view[i].tag.number = static_cast<int>((7 * i + 3) % 30);
   const auto found = calibrate_camera(mixed, board(), kWidth, kHeight, LensModel::Radtan4);

@@ -16,7 +16,8 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// The camera and, for each parameter, one with a slightly lower and one with a slightly higher value.
+/// The camera and, for each parameter, one camera with a slightly lower value and one with a slightly higher
+/// value.
 struct CameraBundle {
   CameraModel camera;
   std::vector<CameraModel> below{};
@@ -47,7 +48,7 @@ std::optional<CameraBundle> camera_bundle(const FitOptions& options, const Eigen
   return bundle;
 }
 
-/// Huber's loss of a whole mark (Huber, "Robust Estimation of a Location Parameter", 1964) and its weight.
+/// Huber's loss for a whole mark (Huber, "Robust Estimation of a Location Parameter", 1964) and its weight.
 struct Loss {
   double cost = 0;
   double weight = 1;
@@ -60,8 +61,8 @@ Loss huber(double chi2, Eigen::Index numbers, double sigma) {
   return {2 * root - threshold, std::sqrt(threshold / chi2)};
 }
 
-/// Contribution of one view to the normal equations: intrinsics (A, a), pose (C, c), and the block between
-/// them (B).
+/// The contribution of one view to the normal equations, with the intrinsics' part (A, a), the pose's part
+/// (C, c), and the block between them (B).
 struct ViewSystem {
   Eigen::MatrixXd A{};
   Eigen::VectorXd a{};
@@ -75,10 +76,10 @@ struct MarkSystem {
   MarkVector r{};
   Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 8, 6> J_pose{};  ///< left perturbation of target_T_cam
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 8, Eigen::Dynamic>
-      J_camera{};  ///< central differences
+      J_camera{};  ///< computed by central differences
 };
 
-/// Empty if a point does not project.
+/// The system of one mark; empty if a point does not project into the image.
 std::optional<MarkSystem> linearize(const ViewMark& mark, const SE3& cam_T_target,
                                     const CameraBundle& cameras) {
   const auto points = camera_points(mark, cam_T_target);
@@ -150,11 +151,11 @@ Matrix damped(Matrix m, double damping) {
   return m;
 }
 
-/// The normal equations with the poses eliminated (Triggs et al., "Bundle Adjustment - A Modern Synthesis",
+/// Normal equations with the poses eliminated (Triggs et al., "Bundle Adjustment - A Modern Synthesis",
 /// section 6.1).
 struct Elimination {
   std::vector<Cholesky> poses{};
-  Eigen::MatrixXd reduced{};  ///< the Schur complement: information of the intrinsics
+  Eigen::MatrixXd reduced{};  ///< the Schur complement, that is, the information of the intrinsics
   Eigen::VectorXd gradient{};
 };
 
@@ -170,7 +171,7 @@ std::optional<Elimination> eliminate(const std::vector<ViewSystem>& systems, dou
   return result;
 }
 
-/// The step of the intrinsics, followed by that of the pose of each view.
+/// The step in the intrinsics, followed by the step in the pose of each view.
 std::optional<Eigen::VectorXd> step_of(const std::vector<ViewSystem>& systems, double damping) {
   const auto reduced = eliminate(systems, damping);
   if (!reduced) return std::nullopt;
@@ -198,7 +199,7 @@ std::optional<std::vector<ViewSystem>> linearize_all(const std::vector<TargetVie
   return systems;
 }
 
-/// Values that a step changes.
+/// The values that a step changes.
 struct Values {
   Eigen::VectorXd parameters;
   std::vector<SE3> target_T_cam;
@@ -246,7 +247,7 @@ class IntrinsicsSearch {
     parameters_ = values.parameters;
     for (std::size_t i = 0; i < views_.size(); ++i) views_[i].target_T_cam = values.target_T_cam[i];
   }
-  /// Information of the parameters at their current values, with the poses eliminated; empty if it is not
+  /// The information of the parameters at their current values, with the poses eliminated; empty if it is not
   /// positive definite.
   [[nodiscard]] Eigen::MatrixXd information() {
     const bool found = std::isfinite(linearize()) && step_of(systems_, 0);

@@ -1,4 +1,4 @@
-// The least-squares problem of a calibration, and its marks.
+// Tests the least-squares problem of a calibration, and its marks.
 #include "waymark/mapping/camera/intrinsics_fit.hpp"
 
 #include <cmath>
@@ -22,7 +22,7 @@ Eigen::VectorXd truth() {
 }
 FitOptions options() { return {.lens = LensModel::Radtan4, .width_px = 640, .height_px = 480}; }
 
-/// A board of twelve tags from ten directions, with true poses.
+/// A board of twelve tags seen from ten directions, with true poses.
 std::vector<TargetView> views(std::uint64_t seed, double noise_px) {
   Random random(seed);
   const CameraModel camera = camera_of(LensModel::Radtan4, truth(), 640, 480).value();
@@ -110,7 +110,7 @@ TEST(IntrinsicsFit, HasNoInformationIfAPoseIsNotDetermined) {
   auto seen = views(4, kSigmaPx);
   ASSERT_GT(fit_intrinsics(seen, truth(), options())->information.size(), 0);
   seen[3].marks = {seen[3].marks[0], seen[3].marks[0]};
-  for (ViewMark& mark : seen[3].marks)  // one point, four times
+  for (ViewMark& mark : seen[3].marks)  // four times the same point
     for (std::size_t i = 1; i < 4; ++i) {
       mark.seen.target_points_m[i] = mark.seen.target_points_m[0];
       mark.seen.seen_px[i] = mark.seen.seen_px[0];
@@ -224,7 +224,7 @@ TEST(MarkProjection, MatchesTheCameraAndChiSquareMatchesTheResidual) {
     EXPECT_LT((px->segment<2>(2 * i) - mark.seen_px[static_cast<std::size_t>(i)] - Eigen::Vector2d(-0.3, 0.4))
                   .norm(),
               1e-12);
-  EXPECT_NEAR(*mark_chi2(seen, view, camera), 4.0, 1e-9) << "four times 0.5 px at sigma 0.5";
+  EXPECT_NEAR(*mark_chi2(seen, view, camera), 4.0, 1e-9) << "four errors of 0.5 px at a sigma of 0.5 px";
   view.target_T_cam = SE3({}, {0, 0, 0.5});
   EXPECT_FALSE(mark_chi2(seen, view, camera)) << "behind the camera";
 }

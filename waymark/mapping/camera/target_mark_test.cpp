@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-/// Numbered corners of a board, observed on a shifted grid.
+/// Numbered corners of a board, observed as a shifted grid.
 TargetPicture grid(std::int64_t first, std::int64_t count, const Eigen::Vector2d& shift = {0, 0}) {
   TargetPicture marks;
   for (std::int64_t key = first; key < first + count; ++key) {
@@ -71,7 +71,7 @@ TEST(TargetMarks, BoardCornersLieInItsPlane) {
 TEST(ApartPx, IsTheSymmetricMeanDistanceOfCommonMarks) {
   EXPECT_EQ(apart_px(grid(0, 10), grid(0, 10)), 0);
   EXPECT_NEAR(apart_px(grid(0, 10), grid(0, 10, {3, 4})), 5, 1e-12);
-  EXPECT_NEAR(apart_px(grid(0, 10), grid(4, 10, {3, 4})), 5, 1e-12) << "six of ten";
+  EXPECT_NEAR(apart_px(grid(0, 10), grid(4, 10, {3, 4})), 5, 1e-12) << "six of the ten marks are shared";
   TargetPicture one_moved = grid(0, 10);
   one_moved[4].seen_px[0].x() += 20;
   EXPECT_NEAR(apart_px(grid(0, 10), one_moved), 2, 1e-12);
@@ -80,9 +80,9 @@ TEST(ApartPx, IsTheSymmetricMeanDistanceOfCommonMarks) {
 }
 
 TEST(ApartPx, IsInfiniteBelowHalfOfTheMarksInCommon) {
-  EXPECT_EQ(apart_px(grid(0, 10), grid(6, 10)), kInfinite) << "four of ten";
-  EXPECT_LT(apart_px(grid(0, 10), grid(5, 10)), 1) << "five of ten";
-  EXPECT_LT(apart_px(grid(0, 100), grid(97, 6)), 1) << "of the picture with fewer";
+  EXPECT_EQ(apart_px(grid(0, 10), grid(6, 10)), kInfinite) << "only four of the ten marks are shared";
+  EXPECT_LT(apart_px(grid(0, 10), grid(5, 10)), 1) << "five of the ten marks are shared";
+  EXPECT_LT(apart_px(grid(0, 100), grid(97, 6)), 1) << "the share refers to the picture with fewer marks";
   EXPECT_EQ(apart_px({}, {}), kInfinite);
   EXPECT_EQ(apart_px(grid(0, 3), {}), kInfinite);
 }

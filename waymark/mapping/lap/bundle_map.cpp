@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kRounds = 4;
 
-/// Selects the observations in use by their error at the current poses. Returns whether the selection
+/// Selects the observations to use by their errors at the current poses. Returns whether the selection
 /// changed.
 bool gate_observations(Bundle& bundle, double gate) {
   const std::vector<double> chi2 = corner_chi2(bundle);
@@ -34,7 +34,7 @@ bool gate_observations(Bundle& bundle, double gate) {
   return changed;
 }
 
-/// Repeats noise estimation and outlier rejection until neither changes.
+/// Repeats noise estimation and outlier rejection until neither result changes.
 void adjust_until_stable(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
                          BundleMap& result) {
   const BundleOptions search{.max_iterations = options.search.max_iterations};
@@ -57,7 +57,7 @@ BundleProgress progress_of(const MapProgress& progress, const char* name) {
   return [&progress, name](int iteration, double cost) { return progress(name, iteration, cost); };
 }
 
-/// Optimises until the set of observations in use and the noise no longer change.
+/// Optimises until neither the set of observations in use nor the noise changes.
 void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
               const MapProgress& progress, BundleMap& result) {
   constexpr double kRoughGain = 1e-5;  // sufficient to find outliers
@@ -74,7 +74,7 @@ void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& opt
   adjust_until_stable(lap, options, progress_of(progress, "adjusting"), result);
 }
 
-/// Aligns the lap with the prior map and adjusts both together.
+/// Aligns the lap with the prior map and adjusts the two together.
 Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
                                    const MapProgress& progress, BundleMap& result) {
   Result<internal::TiedPrior> tied =
@@ -91,9 +91,10 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
   return tied;
 }
 
-/// Estimates the camera mounting on a copy of the problem. It is adopted if it differs significantly from the
-/// assumed one and held-out observations confirm it, or if no mounting was assumed. Then map and mounting are
-/// estimated together; parameters that the lap does not determine keep their assumed values.
+/// Estimates the camera mounting on a copy of the problem. The estimate is adopted if it differs
+/// significantly from the assumed one and held-out observations confirm it, or if no mounting was assumed.
+/// The map and the mounting are then estimated together; parameters that the lap does not determine keep
+/// their assumed values.
 void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
                        BundleMap& result) {
   const BundleProgress report_progress = progress_of(progress, "estimating the camera mounting");
@@ -119,7 +120,8 @@ void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const Ma
   result.mounting = estimate_mounting(lap, steps, report_progress, assumption);
 }
 
-/// Makes several images count as one, because corner errors of a tag persist from image to image.
+/// Reduces the weight of observations so that several images count as one, because corner errors of a tag
+/// persist from image to image.
 void weigh_lasting_errors(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
                           BundleMap& result) {
   if (!options.estimate_noise) return;
@@ -128,7 +130,7 @@ void weigh_lasting_errors(LapBundle& lap, const BundleMapOptions& options, const
   result.summary = solve(lap.bundle, {.max_iterations = options.search.max_iterations}, progress);
 }
 
-/// Keeps tags of the extended map that the lap did not observe.
+/// Keeps the tags of the extended map that the lap did not observe.
 void keep_unobserved_tags(const LapInput& input, const LapBundle& lap, const internal::TiedPrior& tied,
                           const BundleCovariance& P, BundleMap& result) {
   for (const auto& [id, before] : input.prior->map.tags) {
@@ -162,17 +164,17 @@ void read_tags(const LapInput& input, const LapBundle& lap, const BundleCovarian
   }
 }
 
-/// The floor as a plane of the map.
+/// The floor as a plane in the map.
 FloorPlane floor_of(const LapBundle& lap, const BundleCovariance& P) {
   const SE3& map_T_plane = lap.bundle.poses[lap.floor].value;
   FloorPlane floor{.normal = map_T_plane.rotation() * Eigen::Vector3d::UnitZ()};
   floor.z_m = floor.normal.dot(map_T_plane.translation()) / floor.normal.z();
-  const Eigen::Matrix3d spread = P.poses[lap.floor].block<3, 3>(2, 2);  // z, turns about x and y
+  const Eigen::Matrix3d spread = P.poses[lap.floor].block<3, 3>(2, 2);  // z and the rotations about x and y
   floor.covariance = (spread + spread.transpose()) / 2;
   return floor;
 }
 
-/// Accumulates sums; the means follow later.
+/// Adds to the sums from which the means are computed later.
 void add_to_regions(const Eigen::Matrix<double, 8, 1>& r, const CornerFactor& factor,
                     const CameraModel& camera, BundleMap& result) {
   for (Eigen::Index c = 0; c < 4; ++c) {
@@ -212,7 +214,7 @@ void read_observations(const LapInput& input, const LapBundle& lap, BundleMap& r
   result.rms_px = numbers > 0 ? std::sqrt(squares / numbers) : 0;
 }
 
-/// Converts scales to those of the recorded odometry.
+/// Converts the scales to those of the odometry as recorded.
 void scale_by(const internal::RoughOdometry& rough, OdometryScales& scales, OdometryScales& sigma) {
   for (OdometryScales* s : {&scales, &sigma}) {
     s->distance *= rough.distance;
@@ -221,7 +223,7 @@ void scale_by(const internal::RoughOdometry& rough, OdometryScales& scales, Odom
   }
 }
 
-/// Estimates the noise of odometry turns, and also their scale if a gyro replaced them.
+/// Estimates the noise in odometry turns, and also their scale if gyro turns replaced them.
 void estimate_wheel_turns(const std::vector<Odometry>& odometry, BundleMap& result) {
   const Trajectory& trajectory = result.trajectory;
   const std::vector<Matrix6>& P = result.trajectory_covariance;
@@ -245,7 +247,7 @@ std::vector<ObservedFrame> observe_all(const LapInput& input) {
   return observed;
 }
 
-/// Observations without confirmation; includes those of the anchor only if other observations of it remain.
+/// The unconfirmed observations; those of the anchor are included only if other observations of it remain.
 std::vector<internal::ObservationIndex> unconfirmed_except_last_anchor(
     const LapInput& input, const std::vector<ObservedFrame>& observed) {
   std::vector<internal::ObservationIndex> unconfirmed = internal::unconfirmed_observations(input, observed);
@@ -259,7 +261,7 @@ std::vector<internal::ObservationIndex> unconfirmed_except_last_anchor(
   return unconfirmed;
 }
 
-/// Observes frames again without some of their detections.
+/// Recomputes the observed frames without the unconfirmed detections.
 void observe_without(const LapInput& input, const std::vector<internal::ObservationIndex>& unconfirmed,
                      std::vector<ObservedFrame>& observed) {
   const LapInput confirmed = internal::without(input, unconfirmed);
@@ -267,7 +269,7 @@ void observe_without(const LapInput& input, const std::vector<internal::Observat
     observed[index.frame] = observe(confirmed.frames[index.frame], input);
 }
 
-/// Excludes unconfirmed observations until all others are adjusted.
+/// Excludes the unconfirmed observations until all others have been adjusted.
 void disable_unconfirmed(const std::vector<internal::ObservationIndex>& unconfirmed, LapBundle& lap) {
   const std::set<internal::ObservationIndex> all(unconfirmed.begin(), unconfirmed.end());
   for (std::size_t i = 0; i < lap.observations.size(); ++i) {
@@ -277,7 +279,7 @@ void disable_unconfirmed(const std::vector<internal::ObservationIndex>& unconfir
   }
 }
 
-/// Tags that are missing in the start because all their observations are unconfirmed.
+/// Tags that are missing from the start because all their observations are unconfirmed.
 std::set<TagId> tags_without_confirmed_observation(const LapInput& input,
                                                    const std::vector<internal::ObservationIndex>& unconfirmed,
                                                    const ChainResult& start) {
@@ -369,7 +371,7 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
       ++result.frames_without_pose;
       continue;
     }
-    if (i > 0 && lap.bases[i] == lap.bases[i - 1]) continue;  // another camera at the same moment
+    if (i > 0 && lap.bases[i] == lap.bases[i - 1]) continue;  // from another camera at the same time
     result.trajectory.push_back({input.frames[i].stamp, lap.bundle.poses[*lap.bases[i]].value});
     result.trajectory_covariance.push_back(P.poses[*lap.bases[i]]);
   }

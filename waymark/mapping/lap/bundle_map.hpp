@@ -18,8 +18,8 @@ struct BundleMapOptions {
   bool estimate_noise = true;
   bool find_mounting = false;
   bool keep_mounting = false;
-  /// Relative standard deviation of the focal length if the mounting is estimated; 0: exact. The focal length
-  /// is observable only with a prior map.
+  /// Relative standard deviation of the focal length if the mounting is estimated; 0 if the focal length is
+  /// exact. The focal length is observable only with a prior map.
   double focal_share = 0;
   LapModelOptions model{};
 
@@ -39,47 +39,50 @@ struct BundleMapOptions {
   }
 };
 
-/// Residuals in a ninth of the image.
+/// The residuals in one ninth of the image.
 struct ResidualRegion {
   int corners = 0;
-  Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();  ///< projected minus measured
+  Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();  ///< mean of projected minus measured
   double rms_px = 0;
 };
 
 struct BundleMap {
-  TagMap map{};             ///< with covariances
-  Trajectory trajectory{};  ///< of the base, one pose per frame with tags or odometry
-  TagMap start_map{};       ///< of the chain, the start of the search
+  TagMap map{};             ///< tags with their covariances
+  Trajectory trajectory{};  ///< poses of the base, one for each frame with tags or odometry
+  TagMap start_map{};       ///< map of the chain, from which the search starts
   Trajectory start_trajectory{};
-  std::vector<Matrix6> trajectory_covariance{};  ///< by pose, left tangent in map
-  std::map<TagId, int> observations{};           ///< number in use
+  std::vector<Matrix6> trajectory_covariance{};  ///< for each pose, as a left tangent in map
+  std::map<TagId, int> observations{};           ///< number of observations in use
   std::vector<RejectedObservation> rejected{};
   std::vector<TagId> unconnected{};
-  std::vector<TagId> unconfirmed{};  ///< no two of their observations agree: probably misread ids
+  /// No two of their observations agree, so their ids are probably misread.
+  std::vector<TagId> unconfirmed{};
   int frames_without_pose = 0;
   double noise_ratio = 1;        ///< estimated corner noise relative to the detector's covariances
-  double correlated_frames = 1;  ///< this many images count as one, because corner errors persist
+  double correlated_frames = 1;  ///< this many images count as one because corner errors persist
   OdometryScales odometry_scales{};
-  OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations; 0 without odometry
-  std::optional<TurnNoise> turn_noise{};       ///< of the recorded odometry
-  bool turns_by_gyro = false;     ///< the gyro agreed with the tags clearly better than odometry turns did
+  OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations of the scales; 0 without odometry
+  std::optional<TurnNoise> turn_noise{};       ///< noise of the odometry as recorded
+  /// Whether the gyro agreed with the tags clearly better than odometry turns did.
+  bool turns_by_gyro = false;
   double without_gyro_share = 0;  ///< share of the odometry time without gyro samples; 1 without a gyro
-  std::array<ResidualRegion, 9> regions{};     ///< by rows, from the upper left
+  std::array<ResidualRegion, 9> regions{};     ///< row by row from the upper left
   std::optional<MountingEstimate> mounting{};  ///< camera mounting estimated from the lap
-  bool mounting_used = false;                  ///< the map uses it
+  bool mounting_used = false;                  ///< whether the map uses it
   double rms_px = 0;                           ///< root mean square of all corner coordinates in use
-  double moved_m = 0;                          ///< largest distance that the optimisation moved a tag
-  std::vector<std::string> prior_warnings{};   ///< about tags that are not at their pose in the prior map
-  int prior_agreeing = 0;                      ///< tags at their pose in the prior map
+  double moved_m = 0;                          ///< largest distance by which the optimisation moved a tag
+  /// Warnings about tags that are not at their pose in the prior map.
+  std::vector<std::string> prior_warnings{};
+  int prior_agreeing = 0;  ///< number of tags that are at their pose in the prior map
   BundleSummary summary{};
 };
 
 /// Estimates the tags and the trajectory that best explain all corners, odometry and the floor (maximum
-/// likelihood). The search starts from the teach chain and finds outliers with a robust loss. It then rejects
-/// them and finishes without the robust loss, so the covariance is consistent. The anchor is fixed at its
-/// given pose. With a prior map, the lap is then aligned with it and adjusted together with its information.
-/// Tags that the lap did not observe stay in the map. Fails if map_by_chain() fails, if fewer than two tags
-/// agree with the prior map, or if `progress` stops the search.
+/// likelihood). The search starts from the teach chain and uses a robust loss to find outliers. It then
+/// rejects these and finishes without the robust loss, so that the covariance is consistent. The anchor is
+/// fixed at its given pose. If there is a prior map, the lap is then aligned with it and adjusted using its
+/// information. Tags in the prior map that the lap did not observe are kept. Fails if map_by_chain() fails,
+/// if fewer than two tags agree with the prior map, or if `progress` stops the search.
 [[nodiscard]] Result<BundleMap> map_by_bundle(const LapInput& lap, const ChainOptions& chain = {},
                                               const BundleMapOptions& options = {},
                                               const MapProgress& progress = {});

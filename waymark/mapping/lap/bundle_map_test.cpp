@@ -1,4 +1,4 @@
-// Invariants of the map of any lap, tested on a short aisle of a warehouse with odometry.
+// Invariants of the map made from any lap, tested on a short aisle of a warehouse with odometry.
 #include "waymark/mapping/lap/bundle_map.hpp"
 
 #include <algorithm>
@@ -52,7 +52,7 @@ TEST(LapLaws, EstimatesTagsWithConsistentCovariance) {
       ++count;
     }
   }
-  // Errors of one lap are correlated, so the bounds are wide for 36 times 6 squares.
+  // The errors in one lap are correlated, so the bounds are wide for 36 * 6 squares.
   EXPECT_GT(sum / count, 2.5);
   EXPECT_LT(sum / count, 12);
 }
@@ -60,7 +60,7 @@ TEST(LapLaws, EstimatesTagsWithConsistentCovariance) {
 TEST(LapLaws, AMovedAnchorMovesOnlyTheMap) {
   const test::Warehouse house = aisle(5);
   LapInput moved = house.lap;
-  const SE3 by(SO3::from_rpy(0, 0, 0.8), Eigen::Vector3d(3, -2, 0));  // the floor stays level
+  const SE3 by(SO3::from_rpy(0, 0, 0.8), Eigen::Vector3d(3, -2, 0));  // the floor must remain level
   moved.map_T_anchor = by * moved.map_T_anchor;
   const BundleMap map = mapped(house.lap);
   const BundleMap other = mapped(moved);

@@ -27,10 +27,10 @@ using internal::Places;
 using internal::TagShapes;
 using internal::Vote;
 
-// 0.999 quantiles of chi-square, by degrees of freedom.
-constexpr double kGate3 = 16.3;  // a motion of the plane
-constexpr double kGate6 = 22.5;  // one shape and a motion of the plane
-constexpr double kGate9 = 27.9;  // two shapes and a motion of the plane
+// 0.999 quantiles of chi-square, named after the degrees of freedom.
+constexpr double kGate3 = 16.3;  // a planar motion
+constexpr double kGate6 = 22.5;  // one shape and a planar motion
+constexpr double kGate9 = 27.9;  // two shapes and a planar motion
 
 Eigen::Matrix3d noise_of_places(const ChainOptions& options) {
   const Eigen::Vector3d sigmas(options.map_sigma_m, options.map_sigma_m, options.map_sigma_rad);
@@ -43,8 +43,8 @@ struct PlacedFrame {
   SE2 map_X_base{};
 };
 
-/// Base pose according to the frames just before and after, as medians over equally many on both sides. A
-/// robot does not jump for the duration of one frame.
+/// Base pose according to the frames just before and after: medians over the same number of frames on both
+/// sides. A robot does not jump for the duration of a single frame.
 Alternative<SE2> among_neighbours(const std::vector<PlacedFrame>& frames, std::size_t i) {
   constexpr std::size_t kMaxNeighbours = 7;
   constexpr double kWindowSeconds = 0.6;
@@ -66,7 +66,7 @@ Alternative<SE2> among_neighbours(const std::vector<PlacedFrame>& frames, std::s
     turned.push_back((frames[i].map_X_base.rotation().inverse() * frames[k].map_X_base.rotation()).angle());
   }
   const SE2 middle(median(x), median(y), frames[i].map_X_base.yaw() + median(turned));
-  const double sigma_m = at_an_end ? 0.15 : 0.05;  // all neighbours are on one side
+  const double sigma_m = at_an_end ? 0.15 : 0.05;  // at an end, all neighbours are on one side
   const Eigen::Matrix3d scatter = Eigen::Vector3d(1, 1, 4).asDiagonal() * (sigma_m * sigma_m);
   return {middle, from_coordinate_covariance(middle, scatter).covariance.inverse()};
 }
@@ -85,7 +85,8 @@ Trajectory trajectory_of(const std::vector<FloorFrame>& frames, const Places& pl
   Trajectory trajectory;
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const Alternative<SE2> middle = among_neighbours(placed, i);
-    // A jump is caused by tags with the wrong one of their poses. They vote again, near the neighbours.
+    // Jumps are caused by tags for which the wrong one of two poses was selected. These tags vote again, near
+    // the pose given by the neighbours.
     const bool jumps = internal::distance2(middle, placed[i].map_X_base) > kGate3;
     placed[i].votes.push_back({middle});
     const auto agreed =
@@ -188,7 +189,7 @@ double position_variance(const Uncertain<SE2>& map_X_tag) {
   return coordinate_covariance(map_X_tag).topLeftCorner<2, 2>().trace();
 }
 
-/// A link of one tag, as the motion from the other tag to it.
+/// A link to a tag, as the motion from the other tag to this one.
 struct Neighbour {
   TagId other{};
   Uncertain<SE2> other_X_tag{};
@@ -205,7 +206,7 @@ Neighbours neighbours_of(const Links& links) {
   return neighbours;
 }
 
-/// Pose of a tag according to all placed tags that were observed together with it.
+/// The pose of a tag according to all placed tags that were observed together with it.
 std::optional<Uncertain<SE2>> place_of(const std::vector<Neighbour>& neighbours, const Places& places,
                                        int min_votes) {
   std::vector<Vote<SE2>> votes;
@@ -219,7 +220,7 @@ std::optional<Uncertain<SE2>> place_of(const std::vector<Neighbour>& neighbours,
   return agreed ? std::optional(agreed->value) : std::nullopt;
 }
 
-/// A waiting tag, with its pose according to links with at least this many votes.
+/// A tag that has not been placed yet, with its pose according to links with at least kMinVotes votes.
 struct Waiting {
   std::array<std::optional<Uncertain<SE2>>, 3> place{};
   std::array<double, 3> variance{};
@@ -233,7 +234,7 @@ void update_waiting(const std::vector<Neighbour>& neighbours, const Places& plac
   }
 }
 
-/// The waiting tag with the smallest uncertainty, according to the links with the most votes available.
+/// The waiting tag with the smallest uncertainty, using only the links with the most votes if there are any.
 std::optional<std::pair<TagId, Uncertain<SE2>>> most_certain(const std::map<TagId, Waiting>& all) {
   for (std::size_t i = 0; i < kMinVotes.size(); ++i) {
     const std::pair<const TagId, Waiting>* best = nullptr;
@@ -285,9 +286,9 @@ Links links_of(const std::vector<FloorFrame>& frames) {
 
 Places compose_from_anchor(const Links& links, const TagId& anchor, const SE2& map_X_anchor) {
   const Neighbours neighbours = neighbours_of(links);
-  std::map<TagId, Waiting> waiting;  // observed together with a placed tag
+  std::map<TagId, Waiting> waiting;  // tags observed together with a placed tag
   Places places = {{anchor, {map_X_anchor}}};
-  // Only tags observed together with the last placed tag can have a smaller uncertainty than before.
+  // The uncertainty can have decreased only for tags that were observed together with the last placed tag.
   const auto placed = [&](const TagId& tag) {
     const auto of_tag = neighbours.find(tag);
     if (of_tag == neighbours.end()) return;
@@ -363,11 +364,11 @@ void spread_closing_error(const Links& links, const TagId& anchor, Places& place
 
 namespace {
 
-/// Tags connected by links.
+/// A group of tags that are connected by links.
 struct Island {
   Links links{};
-  std::map<TagId, int> seen{};        ///< number of frames by tag
-  std::vector<std::size_t> frames{};  ///< frames with at least one of them
+  std::map<TagId, int> seen{};        ///< number of frames for each tag
+  std::vector<std::size_t> frames{};  ///< frames with at least one of the tags
 };
 
 class Islands {
@@ -388,7 +389,7 @@ class Islands {
     }
   }
 
-  /// Returns the island of a tag once; empty if its tags are placed.
+  /// Removes and returns the island of a tag; empty if its tags have already been placed.
   std::optional<Island> take(const TagId& tag) {
     auto node = islands_.extract(root(tag));
     return node.empty() ? std::nullopt : std::optional(std::move(node.mapped()));
@@ -416,7 +417,7 @@ class IslandPlacer {
     for (std::size_t f = 0; f < frames.size(); ++f) map_X_base_[f] = base_by(places, f);
   }
 
-  /// Visits the frames in this order, and reaches each from the last placed frame.
+  /// Visits the frames in this order, and places each of them relative to the last placed frame.
   void run(const std::vector<std::size_t>& order, Islands& islands) {
     std::optional<std::size_t> last;
     for (const std::size_t f : order) {
@@ -435,7 +436,7 @@ class IslandPlacer {
     return agreed ? std::optional(agreed->value.mean) : std::nullopt;
   }
 
-  /// Places an island by odometry from a placed frame.
+  /// Places an island using odometry from a placed frame.
   void place(const Island& island, std::size_t from) {
     const auto most = std::ranges::max_element(island.seen, {}, [](const auto& seen) { return seen.second; });
     Places here = compose_from_anchor(island.links, most->first, SE2());
@@ -451,7 +452,7 @@ class IslandPlacer {
     }
   }
 
-  /// Pose of the island that its nearest frames agree on.
+  /// The pose of the island that the nearest of its frames agree on.
   [[nodiscard]] std::optional<SE2> carried(const Island& island, const Places& here, std::size_t from) const {
     constexpr std::size_t kFrames = 15;
     constexpr int kMinVotingFrames = 4;
@@ -474,7 +475,7 @@ class IslandPlacer {
     return agreed->value.mean;
   }
 
-  /// Information of a motion with an uncertain base pose.
+  /// Information of a motion that starts at an uncertain base pose.
   static Eigen::Matrix3d information_about(const SE2& map_X_base) {
     constexpr double kSigma_m = 0.05;
     constexpr double kSigma_rad = 0.05;

@@ -46,14 +46,15 @@ struct ChainOptions {
 
 struct ChainResult {
   TagMap map{};
-  Trajectory trajectory{};           ///< of the base, one pose per frame with a mapped tag
-  std::vector<TagId> unconnected{};  ///< observed, but not connected to the anchor
+  Trajectory trajectory{};           ///< poses of the base, one for each frame with a mapped tag
+  std::vector<TagId> unconnected{};  ///< tags that were observed but are not connected to the anchor
   int frames_without_pose = 0;
 };
 
-/// cam_T_tag of every tag of a frame with a known size (equation 2.13); tags without a pose are skipped.
+/// Computes cam_T_tag for every tag of known size in a frame (equation 2.13); tags without a pose are
+/// skipped.
 [[nodiscard]] ObservedFrame observe(const TagFrame& frame, const CameraModel& camera, const TagSizes& sizes);
-/// The same, with the camera of the setup that the frame names (camera_of()).
+/// The same, using the setup's camera that is named in the frame (see camera_of()).
 template <class Setup>
 [[nodiscard]] ObservedFrame observe(const TagFrame& frame, const Setup& setup) {
   const CameraView seen_by = camera_of(setup, frame.camera);
@@ -62,12 +63,13 @@ template <class Setup>
   return observed;
 }
 
-/// Map and trajectory by composition alone, for a robot on a level floor. After Martins and Ramos,
-/// "AprilTag-based Trajectory Tracking for the LIMOS Robot", equation 3.1 and section 3.2. The pose map_T_cam
-/// comes from the anchor if it is in view, otherwise from tag to tag through frames with two tags.
-/// `base_T_cam`: of the first camera. Details: docs/concepts/teach_and_replay.md. Different paths to a tag
-/// are not weighted against each other, and no error is distributed; bundle adjustment is compared with this
-/// baseline. With `wheels`, tags that no other tag connects are also placed, using odometry from placed tags.
+/// Computes the map and the trajectory by composing poses only, for a robot on a level floor. After Martins
+/// and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", equation 3.1 and section 3.2. The
+/// pose map_T_cam is computed from the anchor if it is in view, otherwise from tag to tag through frames with
+/// two tags. `base_T_cam`: mounting pose of the first camera. See docs/concepts/teach_and_replay.md for
+/// details. Different paths to a tag are not weighted against each other, and errors are not distributed.
+/// This is the baseline with which bundle adjustment is compared. With `wheels`, tags that are not connected
+/// through other tags are also placed, using odometry from placed tags.
 ///
 /// Fails if the anchor is never observed. O(frames * (tags per frame)^2).
 [[nodiscard]] Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const TagId& anchor,
@@ -79,39 +81,40 @@ template <class Setup>
 
 namespace waymark::internal {
 
-/// from_X_to of two tags observed together, and the number of frames that agree on it.
+/// The motion from_X_to between two tags that were observed together, and the number of frames that agree on
+/// it.
 struct Link {
   Uncertain<SE2> from_X_to{};
   int votes = 0;
 };
-/// The key is (smaller id, larger id), and the motion is from the first to the second.
+/// Links by (smaller id, larger id); the motion is from the first tag to the second.
 using Links = std::map<std::pair<TagId, TagId>, Link>;
-/// map_X_tag.
+/// The pose map_X_tag of each placed tag.
 using Places = std::map<TagId, Uncertain<SE2>>;
 
-/// Base pose at a frame according to every placed tag in it (equation 3.1, with that tag instead of the
-/// anchor). `noise`: covariance of a place relative to its neighbours.
+/// Base pose in a frame according to each placed tag in it (equation 3.1, with that tag instead of the
+/// anchor). `noise`: covariance of a tag's place relative to its neighbours.
 [[nodiscard]] std::vector<Vote<SE2>> votes_for_base(const FloorFrame& frame, const Places& places,
                                                     const Eigen::Matrix3d& noise);
 
-/// For each pair of tags, the relative pose that the frames with both agree on.
+/// For each pair of tags, the relative pose that the frames showing both tags agree on.
 [[nodiscard]] Links links_of(const std::vector<FloorFrame>& frames);
 
-/// Composes poses from the anchor outwards; the next tag is always the one with the smallest uncertainty.
-/// Links supported by few frames, which one misread id can create, are used only if no better one is
-/// available. O(links * waiting tags).
+/// Composes poses from the anchor outwards; the next tag to be placed is always the one with the smallest
+/// uncertainty. Links supported by only a few frames can result from a single misread id, so they are used
+/// only if no better link is available. O(links * waiting tags).
 [[nodiscard]] Places compose_from_anchor(const Links& links, const TagId& anchor, const SE2& map_X_anchor);
 
-/// Moves all tags except the anchor so that the links disagree least, which distributes the closing error of
-/// a lap over the whole chain. Links inconsistent with all others get a low weight.
+/// Moves all tags except the anchor so that the disagreement of the links is minimal. This distributes the
+/// closing error of a lap over the whole chain. Links inconsistent with all others get a low weight.
 void spread_closing_error(const Links& links, const TagId& anchor, Places& places);
 
-/// Places tags that no other tag connects to the anchor, such as those of the next aisle or of another room.
-/// Tags connected by links are placed relative to each other as the chain places them. Their common pose
-/// comes from odometry, from the last frame before with placed tags, or else from the first one after.
-/// Odometry drift along the whole trajectory therefore does not affect the relative poses of tags in nearby
-/// frames, from which the search starts. `noise`: as in votes_for_base(). Tags with too few agreeing frames
-/// are skipped. O(frames + links).
+/// Places tags that are not connected to the anchor through other tags, such as those in the next aisle or in
+/// another room. Tags connected by links are placed relative to each other as the chain places them. Their
+/// common pose comes from odometry, from the last frame with placed tags before them, or else from the first
+/// such frame after them. The search therefore starts from relative poses of nearby tags that are not
+/// affected by odometry drift over the whole trajectory. `noise`: as in votes_for_base(). Tags with too few
+/// agreeing frames are skipped. O(frames + links).
 void place_islands(const std::vector<FloorFrame>& frames, const Links& links, const OdometryTrack& wheels,
                    const Eigen::Matrix3d& noise, bool spread_closing_errors, Places& places);
 

@@ -1,5 +1,6 @@
-// The chain on laps with ground truth is exact without noise, and correct despite tags with the wrong one of
-// their poses. Then rooms without a common tag are driven one after the other with drifting odometry.
+// Tests the chain on laps with ground truth: it is exact without noise, and correct even if the wrong one of
+// two poses fits some tags better. Then tests drives through several rooms without a common tag, with
+// drifting odometry.
 #include "waymark/mapping/lap/chain.hpp"
 
 #include <algorithm>
@@ -27,7 +28,7 @@ SE3 base_T_cam() {
   return {SO3::from_matrix(optical), {0.08, 0, 0.18}};
 }
 
-/// Tags on a circle of 3 m, some leaning, all facing inwards; one is on the floor.
+/// Tags on a circle with a radius of 3 m, all facing inwards and some leaning; one tag lies on the floor.
 TagMap true_tags() {
   TagMap map;
   const Eigen::Matrix3d upright = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
@@ -42,8 +43,8 @@ TagMap true_tags() {
   return map;
 }
 
-/// A drive along a circle of 1 m that ends where it began; every frame shows the tags within 70 degrees of
-/// the driving direction.
+/// A drive along a circle with a radius of 1 m that ends where it began. Each frame shows the tags within 70
+/// degrees of the driving direction.
 Trajectory true_lap() {
   Trajectory lap;
   for (int i = 0; i <= 300; ++i) {
@@ -93,7 +94,8 @@ TEST(TeachChain, IsExactWithoutNoise) {
     EXPECT_LT(worst(result->map), 1e-9);
     EXPECT_EQ(result->frames_without_pose, 0);
     ASSERT_EQ(result->trajectory.size(), lap.size());
-    // Neighbours constrain each pose weakly, which gives millimetres on a curve and more at its ends.
+    // Neighbours constrain each pose weakly, which causes errors of millimetres on a curve and more at its
+    // ends.
     for (std::size_t i = 0; i < lap.size(); ++i)
       EXPECT_LT(minus(result->trajectory[i].map_T_base, lap[i].map_T_base).norm(),
                 i < 7 || i + 7 >= lap.size() ? 5e-3 : 5e-4)
@@ -121,8 +123,8 @@ SE3 mirrored(const SE3& cam_T_tag) {
   return {SO3::exp(axis.normalized() * 2 * angle) * cam_T_tag.rotation(), cam_T_tag.translation()};
 }
 
-// In four of ten observations the corners fit the wrong pose slightly better, as for distant tags. A single
-// frame cannot resolve this.
+// In four out of ten observations, the corners fit the wrong pose slightly better, as is common for distant
+// tags. This cannot be resolved from a single frame.
 TEST(TeachChain, AllFramesTogetherResolveWrongPoses) {
   Random random(5);
   auto frames = observe_lap(true_lap(), true_tags());
@@ -154,7 +156,7 @@ TEST(TeachChain, NoisyFramesAreAveraged) {
   }
   const auto result = chain(frames);
   ASSERT_TRUE(result);
-  EXPECT_LT(worst(result->map), 0.06) << "the error of a link from two single observations";
+  EXPECT_LT(worst(result->map), 0.06) << "the error of a link is that of two single observations";
 }
 
 TEST(TeachChain, ReportsUnconnectedTagsAndAMissingAnchor) {
@@ -198,10 +200,11 @@ struct Rooms {
   std::vector<Odometry> wheels{};
   std::vector<SE2> way{};
   std::map<TagId, SE2> truth{};
-  std::set<TagId> first{};  ///< tags of the anchor's room
+  std::set<TagId> first{};  ///< tags in the anchor's room
 };
 
-/// A path that bends to the left throughout. `drift` is the relative excess of odometry distances and turns.
+/// A path that bends to the left throughout. `drift` is the share by which odometry overestimates distances
+/// and turns.
 Rooms drive(int rooms, double drift, std::size_t anchor_room = 0, double noise = 0, std::uint64_t seed = 1) {
   Rooms world;
   Random random(seed);
@@ -265,7 +268,7 @@ TEST(ChainIslands, RelativePosesWithinARoomDoNotDependOnOdometry) {
   const Rooms world = drive(5, 0.03);
   const Places places = placed(world);
   ASSERT_EQ(places.size(), world.truth.size());
-  EXPECT_GT(worst(world, places), 0.1);  // the rooms are placed by odometry
+  EXPECT_GT(worst(world, places), 0.1);  // the rooms were placed using odometry
   for (const auto& [a, place_a] : places) {
     for (const auto& [b, place_b] : places) {
       if (a.number / kTagsInRoom != b.number / kTagsInRoom) continue;
@@ -278,7 +281,7 @@ TEST(ChainIslands, RelativePosesWithinARoomDoNotDependOnOdometry) {
 TEST(ChainIslands, DriftAffectsOnlyDistancesBetweenRooms) {
   constexpr double kDrift = 0.01;
   const Rooms world = drive(4, kDrift);
-  // Distance bridged by odometry alone: each gap, and some frames of the next room.
+  // The distance bridged by odometry alone, which includes each gap and some frames in the next room.
   const double blind_m = 3 * (kBetween_m + 1.5);
   const double turned_rad = kDrift * 0.004 * blind_m / kStep_m;
   const double all_m = 4 * (kRoom_m + kBetween_m);

@@ -10,10 +10,12 @@
 namespace waymark::internal {
 namespace {
 
-constexpr double kGate3 = 16.3;     // 0.999 quantile of chi-square, 3 degrees of freedom
-constexpr double kBranchChi2 = 20;  // excess of a pose over the other above which it is not the true one
+constexpr double kGate3 = 16.3;  // 0.999 quantile of chi-square with 3 degrees of freedom
+// A pose whose excess over the other one is larger than this is not the true one.
+constexpr double kBranchChi2 = 20;
 
-/// Both poses of an observed tag in the base frame, with the excess of each over the better one.
+/// One of the two poses of an observed tag in the base frame, with the excess of its chi2 over that of the
+/// better one.
 struct Branch {
   Uncertain<SE3> base_T_tag{};
   double chi2 = 0;
@@ -30,8 +32,9 @@ std::vector<Branch> branches(const TagPoseObservation& seen, const SE3& base_T_c
   return result;
 }
 
-/// The plane motion that brings a tag in front of the robot to a standard pose. It is then at the origin with
-/// its normal along x or, if the normal is vertical, with its x axis along x. The remainder is the shape.
+/// The planar motion from a standard pose of a tag to its pose in front of the robot. In the standard pose,
+/// the tag is at the origin with its normal along x or, if the normal is vertical, with its x axis along x.
+/// The remaining part of the tag's pose is its shape.
 SE2 standard_place(const SE3& base_T_tag, bool lies) {
   const Eigen::Vector3d axis =
       base_T_tag.rotation() * (lies ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ());
@@ -42,8 +45,8 @@ bool lies(const SE3& base_T_tag) {
   return std::abs((base_T_tag.rotation() * Eigen::Vector3d::UnitZ()).z()) > 0.9;
 }
 
-/// Information of one pose about the shape: height and tilts with their covariance, but nothing about the
-/// motion in the plane.
+/// The information that one pose provides about the shape: the height and the tilts with their covariance,
+/// but nothing about the motion in the plane.
 Alternative<SE3> shape_of(const Branch& branch, bool lying, const FloorOptions& options) {
   const SE2 base_X_tag = standard_place(branch.base_T_tag.mean, lying);
   const SE3 tag_T_base = lift(base_X_tag).inverse();

@@ -19,7 +19,7 @@ SE3 looking_down() {
   return {SO3::from_rpy(0, to_radians(10), 0) * ahead, {0.1, 0, 0.4}};
 }
 
-/// Observations of the tag by a robot that drives towards it and turns.
+/// Observations of a tag by a robot that drives towards it and turns.
 std::vector<ObservedFrame> seen(const SE3& map_T_tag) {
   std::vector<ObservedFrame> frames;
   for (int i = 0; i < 10; ++i) {
@@ -47,7 +47,7 @@ TEST(AnchorStance, AnUprightTagIsTheDefault) {
 }
 
 TEST(AnchorStance, ALeaningTagLeavesTheMapLevel) {
-  // Leans back by 20 degrees about the map's y axis, before it is rotated by 0.4 rad.
+  // The tag leans back by 20 degrees about the map's y axis and is then rotated by 0.4 rad.
   const SO3 leaning = SO3::from_rpy(0, 0, 0.4) * SO3::from_rpy(0, -to_radians(20), 0) * facing_the_robot();
   const auto stance = anchor_stance(seen({leaning, {3, 0.2, 0.5}}), kTag, looking_down());
   ASSERT_TRUE(stance);
@@ -61,7 +61,7 @@ TEST(AnchorStance, ALeaningTagLeavesTheMapLevel) {
 }
 
 TEST(AnchorStance, ATagOnTheFloorIsRecognised) {
-  // Face up: z, which points into the tag, points down.
+  // The tag faces up, so its z axis, which points into the tag, points down.
   const SO3 lying = SO3::from_rpy(std::numbers::pi, 0, 0.7);
   const auto stance = anchor_stance(seen({lying, {2.2, 0.1, 0.0}}), kTag, looking_down());
   ASSERT_TRUE(stance);

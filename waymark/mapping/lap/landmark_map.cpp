@@ -17,7 +17,7 @@ namespace {
 using internal::LandmarkProblem;
 using internal::PointObservation;
 
-/// Key frames, their base poses in odometry, and their observations.
+/// The key frames with their base poses in odometry and their observations.
 struct KeyFrames {
   std::vector<std::size_t> index{};
   std::vector<SE2> odom_X_base{};
@@ -41,7 +41,7 @@ KeyFrames key_frames(const std::vector<PointFrame>& frames, const std::vector<Od
   return keys;
 }
 
-/// Isotropic noise of an observed point.
+/// The whitening for isotropic noise of an observed point.
 Eigen::Matrix2d sight_whitening(const Eigen::Vector2d& base_p, const LandmarkMapOptions& options) {
   const double sigma = options.sight_sigma_m + options.sight_sigma_per_m * base_p.norm();
   return Eigen::Matrix2d::Identity() / sigma;
@@ -66,7 +66,7 @@ void add_motions(const KeyFrames& keys, const LandmarkMapOptions& options, Landm
   }
 }
 
-/// Initial positions of points: the median of their positions according to odometry.
+/// Initial positions of points: the medians of their positions according to odometry.
 std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFrames& keys,
                               const LandmarkMapOptions& options, LandmarkProblem& problem,
                               std::vector<TagId>& rarely_observed) {
@@ -102,7 +102,7 @@ std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFr
 /// Repeats noise estimation and outlier rejection until nothing changes.
 void adjust_points_until_stable(LandmarkProblem& problem, LandmarkMap& map) {
   constexpr int kMaxSteps = 50;
-  constexpr double kGate = 13.8;  // 0.999 quantile of chi-square, 2 degrees of freedom
+  constexpr double kGate = 13.8;  // 0.999 quantile of chi-square with 2 degrees of freedom
   constexpr double kMedianChi2 = 1.386;
   const auto count = [&](std::pair<int, bool> end) {
     map.iterations += end.first;
@@ -249,7 +249,7 @@ double add_priors(const LandmarkProblem& p, BlockSystem* system) {
   return (scales.squaredNorm() + mounting.squaredNorm()) / 2;
 }
 
-/// Values that a step changes.
+/// The values that a step changes.
 struct Values {
   std::vector<Eigen::Vector3d> frames;
   std::vector<Eigen::Vector2d> points;
@@ -265,7 +265,7 @@ class LandmarkSearch {
         system_(system_of(problem)),
         plan_(front_plan(system_)),
         cholesky_(system_, plan_) {}
-  LandmarkSearch(const LandmarkSearch&) = delete;  // its parts refer to each other
+  LandmarkSearch(const LandmarkSearch&) = delete;  // cannot be copied, because its parts refer to each other
   LandmarkSearch& operator=(const LandmarkSearch&) = delete;
 
   double linearize() { return accumulate(problem_, robust_chi2_, &system_); }

@@ -13,11 +13,12 @@
 
 namespace waymark {
 
-/// A tag or landmark as a point in the plane, for logs without corners. Its position comes from the robot's
-/// software or from a laser.
+/// A tag or landmark as a point in the plane, for logs without corners. Its position was measured by the
+/// robot's software or by a laser scanner.
 struct SeenPoint {
   TagId tag{};
-  Eigen::Vector2d base_p = Eigen::Vector2d::Zero();  ///< [m], with the assumed mounting of the sensor
+  /// [m], computed with the assumed mounting of the sensor.
+  Eigen::Vector2d base_p = Eigen::Vector2d::Zero();
 };
 struct PointFrame {
   SensorTime stamp{};
@@ -69,37 +70,39 @@ struct LandmarkMapOptions {
 struct MappedPoint {
   Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  int observations = 0;  ///< in key frames, in use
-  int rejected = 0;      ///< inconsistent with the others
+  int observations = 0;  ///< number of observations in use, in key frames
+  int rejected = 0;      ///< number of observations that are inconsistent with the others
 };
 
-/// Positions of the points, in the frame of the base at the first key frame.
+/// Positions of the points in the base frame at the first key frame.
 struct LandmarkMap {
   std::map<TagId, MappedPoint> points{};
-  std::vector<std::size_t> frames{};               ///< key frames, as indices into the input
-  std::vector<SE2> map_X_base{};                   ///< by key frame
-  std::vector<Eigen::Matrix3d> base_covariance{};  ///< left tangent in map
+  std::vector<std::size_t> frames{};               ///< the key frames as indices into the input
+  std::vector<SE2> map_X_base{};                   ///< for each key frame
+  std::vector<Eigen::Matrix3d> base_covariance{};  ///< as a left tangent in map
   OdometryScales scales{};
   OdometryScales scales_sigma{0, 0};
   SE2 base_X_assumed{};  ///< offset of the sensor from its assumed mounting
-  Eigen::Vector3d mounting_sigma = Eigen::Vector3d::Zero();  ///< of its x, y [m], yaw [rad]
+  /// Standard deviations of its x, y [m] and yaw [rad].
+  Eigen::Vector3d mounting_sigma = Eigen::Vector3d::Zero();
   std::vector<TagId> rarely_observed{};
   int iterations = 0;
   bool converged = false;
-  double rms_m = 0;  ///< of the observations in use
+  double rms_m = 0;  ///< RMS residual of the observations in use
 };
 
 /// Estimates the points, trajectory, odometry scales and sensor mounting that best explain all observations
-/// and odometry. This is maximum likelihood in the plane, first with Cauchy loss on observations, then least
-/// squares without outliers. Starts from odometry, so odometry alone must give the approximate shape of the
-/// drive. Fails without odometry, or if no point is observed often enough.
+/// and odometry. The estimate is the maximum-likelihood solution in the plane. The search first uses a Cauchy
+/// loss on observations, then least squares without the outliers. It starts from odometry, so odometry alone
+/// must give the approximate shape of the drive. Fails without odometry, or if no point is observed often
+/// enough.
 [[nodiscard]] Result<LandmarkMap> map_landmarks(const std::vector<PointFrame>& frames,
                                                 const std::vector<Odometry>& odometry,
                                                 const LandmarkMapOptions& options = {});
 
 }  // namespace waymark
 
-/// The least-squares problem of landmark_map: plane poses, points, odometry scales, mounting.
+/// The least-squares problem of map_landmarks(): planar poses, points, odometry scales and mounting.
 namespace waymark::internal {
 
 class BlockSystem;
@@ -111,12 +114,12 @@ struct PointObservation {
 };
 
 struct PlaneMotion {
-  std::size_t to = 0;  ///< from the previous frame
+  std::size_t to = 0;  ///< the motion is from the previous frame to this one
   PlanarMotionFactor factor{};
 };
 
-/// Frame 0 is fixed. The unknowns, in the order of the system, are frames from 1 (x, y, yaw), points (x, y),
-/// scales (distance, yaw) and mounting (x, y, yaw). Steps are additions.
+/// Frame 0 is fixed. The unknowns, in the order of the system, are frames from 1 on (x, y, yaw), points (x,
+/// y), scales (distance, yaw) and mounting (x, y, yaw). Steps are added to them.
 struct LandmarkProblem {
   std::vector<Eigen::Vector3d> frames{};
   std::vector<Eigen::Vector2d> points{};
@@ -134,11 +137,11 @@ struct LandmarkProblem {
 };
 
 [[nodiscard]] BlockSystem system_of(const LandmarkProblem& problem);
-/// Whitened residual.
+/// Whitened residual of an observation.
 [[nodiscard]] Eigen::Vector2d observation_residual(const LandmarkProblem& problem,
                                                    const PointObservation& seen);
-/// Adds all terms (nullptr: computes only the cost), with Cauchy loss on observations from robust_chi2 on (0:
-/// none).
+/// Adds all terms to the system and returns the cost; computes only the cost if `system` is nullptr.
+/// Observations have a Cauchy loss with scale robust_chi2, unless this is 0.
 double accumulate(const LandmarkProblem& problem, double robust_chi2, BlockSystem* system);
 /// Minimises the cost by Levenberg-Marquardt. Returns the number of steps and whether it converged.
 std::pair<int, bool> solve(LandmarkProblem& problem, double robust_chi2, int max_iterations);

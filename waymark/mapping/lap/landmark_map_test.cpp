@@ -1,4 +1,4 @@
-// Maps of points in the plane: invariants, and recovery of the true parameters.
+// Tests maps of points in the plane: their invariants, and whether the true parameters are recovered.
 #include "waymark/mapping/lap/landmark_map.hpp"
 
 #include <cmath>
@@ -19,11 +19,11 @@ TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
 struct Drive {
   std::vector<PointFrame> frames{};
   std::vector<Odometry> odometry{};
-  std::map<TagId, Eigen::Vector2d> truth{};  ///< in the frame of the first base
+  std::map<TagId, Eigen::Vector2d> truth{};  ///< in the base frame at the first key frame
 };
 
-/// Two laps around a rectangle with turns on the spot and eight points outside it. Odometry distances are 2 %
-/// and turns 8 % off, and the sensor is 3 cm to the left of its assumed mounting.
+/// Two laps around a rectangle with turns on the spot and eight points outside it. Odometry distances are off
+/// by 2 % and turns by 8 %, and the sensor is 3 cm to the left of its assumed mounting.
 Drive drive(std::uint64_t seed, double noise_m) {
   Drive d;
   const std::vector<Eigen::Vector2d> places = {{2, 0.3},    {2, -0.3},   {1.6, 1.7},  {1, 1.7},
@@ -131,8 +131,8 @@ struct Course {
   std::vector<Eigen::Vector2d> points{};
 };
 
-/// A drive along bends and straights among points. Odometry and sensor have this noise (0: none), and the
-/// start is at the true values.
+/// A drive along bends and straights among points. Odometry and the sensor have this noise (none if 0), and
+/// the search starts at the true values.
 Course course(std::uint64_t seed, double noise) {
   Random random(seed);
   Course c;

@@ -28,7 +28,7 @@ MaybePoses chain_poses(const LapInput& lap, const Trajectory& trajectory) {
   return poses;
 }
 
-/// Odometry at the frames.
+/// Odometry at the times of the frames.
 struct Wheels {
   MaybeMotions odom_T_base{};
   MaybeRates rates{};
@@ -44,7 +44,7 @@ Wheels wheels_of(const LapInput& lap) {
   return wheels;
 }
 
-/// Fills frames between placed ones by odometry, forwards, then backwards.
+/// Fills in frames between placed ones using odometry, first forwards, then backwards.
 void fill_by_odometry(const MaybeMotions& odom_T_base, MaybePoses& poses) {
   const auto carry = [&](std::size_t from, std::size_t to) {
     if (poses[to] || !poses[from] || !odom_T_base[from] || !odom_T_base[to]) return;
@@ -54,7 +54,7 @@ void fill_by_odometry(const MaybeMotions& odom_T_base, MaybePoses& poses) {
   for (std::size_t i = poses.size(); i-- > 1;) carry(i, i - 1);
 }
 
-/// Factor from the previous frame to frame i; both have odometry.
+/// The factor from the previous frame to frame i; both must have odometry.
 OdometryFactor odometry_factor(const LapInput& lap, const Wheels& wheels, std::size_t i,
                                const LapModelOptions& o) {
   const SE2 motion = wheels.odom_T_base[i - 1]->inverse() * *wheels.odom_T_base[i];
@@ -77,10 +77,10 @@ bool other_turns_between(const LapInput& lap, SensorTime from, SensorTime to) {
   return span != lap.other_turns.end() && span->from < to;
 }
 
-constexpr double kFixedSigma = 1e-6;  // fixed by definition; avoids rounding problems
+constexpr double kFixedSigma = 1e-6;  // for values that are fixed by definition; avoids rounding problems
 constexpr double kFreeTilt_rad = 0.5;
 
-/// The anchor defines position and heading of the map, not its tilt.
+/// The anchor defines the position and the heading of the map, but not its tilt.
 PosePriorFactor anchor_prior(const SE3& map_T_anchor) {
   Vector6 variance;
   variance << kFixedSigma, kFixedSigma, kFixedSigma, kFreeTilt_rad, kFreeTilt_rad, kFixedSigma;
@@ -99,7 +99,7 @@ void add_floor(const LapInput& lap, double z_m, LapBundle& result) {
   result.bundle.priors.push_back({result.floor, floor_prior(map_T_plane, is_level(lap))});
 }
 
-/// 0 for the first camera; otherwise its index in more_cameras plus one.
+/// Returns 0 for the first camera, or the index of the camera in more_cameras plus one.
 std::size_t camera_index(const LapInput& lap, const std::string& name) {
   const auto found = std::ranges::find(lap.more_cameras, name, &MountedCamera::name);
   return found == lap.more_cameras.end() ? 0 : static_cast<std::size_t>(found - lap.more_cameras.begin()) + 1;
@@ -203,7 +203,7 @@ namespace waymark::internal {
 
 namespace {
 
-/// One alternative for each pose of the tag. `value_of` gives the value as a function of cam_T_tag, and the
+/// One alternative for each pose of the tag. `value_of` returns the value as a function of cam_T_tag, and the
 /// frame whose left tangent contains the error.
 template <class Value>
 Vote<SE3> vote_of(const TagDetection& detection, const CameraModel& camera, const LapInput& lap,
@@ -214,7 +214,7 @@ Vote<SE3> vote_of(const TagDetection& detection, const CameraModel& camera, cons
   const auto add = [&](const TagPoseSolution& solution) {
     const auto [value, map_T_cam] = value_of(solution.cam_T_tag);
     const SE3::Jacobian Ad = map_T_cam.adjoint();
-    // The base pose has an uncertainty too.
+    // The base pose is uncertain, too.
     const PoseCovariance covariance =
         Ad * solution.covariance * Ad.transpose() + 1e-4 * PoseCovariance::Identity();
     vote.push_back({value, covariance.inverse(), solution.chi2 - pose->best.chi2});

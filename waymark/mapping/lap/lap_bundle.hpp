@@ -13,9 +13,10 @@
 
 namespace waymark {
 
-/// Weights of the measurements of a lap.
+/// Weights for the measurements of a lap.
 struct LapModelOptions {
-  /// Of corners without a covariance (as TagPoseOptions::corner_sigma_px), relative to odometry.
+  /// Standard deviation of corners without a covariance (like TagPoseOptions::corner_sigma_px); it determines
+  /// their weight relative to odometry.
   double corner_sigma_px = 0.3;
   double odometry_sigma_m = 0.001;
   double odometry_sigma_m_per_sqrt_m = 0.02;
@@ -61,15 +62,15 @@ struct LapModelOptions {
 
 /// An existing map that a lap extends.
 struct LapPrior {
-  TagMap map{};              ///< a tag without covariance is exact and fixed
-  std::set<TagId> frozen{};  ///< fixed at their pose in the map
+  TagMap map{};              ///< tags without a covariance are exact and fixed
+  std::set<TagId> frozen{};  ///< tags that are fixed at their pose in the map
 };
 
 struct TimeSpan {
   SensorTime from{}, to{};
 };
 
-/// Input of the bundle adjustment of a lap.
+/// Input for the bundle adjustment of a lap.
 struct LapInput {
   std::vector<TagFrame> frames{};
   std::vector<Odometry> odometry{};  ///< may be empty
@@ -78,25 +79,26 @@ struct LapInput {
   TagSizes sizes{};
   TagId anchor{};
   SE3 map_T_anchor{};
-  std::vector<ImuSample> imu{};               ///< may be empty
-  std::optional<LapPrior> prior{};            ///< if set, the anchor is one of its tags, with its pose
-  std::vector<MountedCamera> more_cameras{};  ///< besides the first, whose frames have no camera name
-  /// Times, in order, in which odometry turns come from another source than in the rest of it, with separate
-  /// scales.
+  std::vector<ImuSample> imu{};     ///< may be empty
+  std::optional<LapPrior> prior{};  ///< if set, the anchor is one of its tags and has its pose there
+  /// Additional cameras; frames from the first camera have no camera name.
+  std::vector<MountedCamera> more_cameras{};
+  /// Time spans, in order, during which the odometry turns come from another source than at other times. They
+  /// have separate scales.
   std::vector<TimeSpan> other_turns{};
 };
 
-/// The bundle of a lap, and the indices of its parts.
+/// The bundle for a lap, and the indices of its parts.
 struct LapBundle {
   Bundle bundle{};
-  PoseIndex map = 0;                   ///< identity
+  PoseIndex map = 0;                   ///< the identity pose
   PoseIndex cam = 0;                   ///< base_T_cam of the first camera
-  std::vector<PoseIndex> more_cams{};  ///< of the others, in the order of LapInput
-  PoseIndex floor = 0;                 ///< map_T_floor: the robot drives on the plane z = 0 of floor
+  std::vector<PoseIndex> more_cams{};  ///< mounting poses of the others, in the order of LapInput
+  PoseIndex floor = 0;                 ///< map_T_floor; the robot drives on the floor's plane z = 0
   std::map<TagId, PoseIndex> tags{};
   std::optional<PoseIndex> anchor{};  ///< the tag that defines the map frame
-  /// By frame; empty: neither tags nor odometry place it. Frames of several cameras with one stamp share a
-  /// pose.
+  /// The pose for each frame; empty if neither tags nor odometry determine it. Frames from several cameras
+  /// with the same stamp share a pose.
   std::vector<std::optional<PoseIndex>> bases{};
   /// The frame of a corner term, and the index of its detection in the frame.
   struct Observation {
@@ -105,26 +107,26 @@ struct LapBundle {
   };
   std::vector<Observation> observations{};
 
-  /// Every base pose, once.
+  /// All base poses, each of them once.
   [[nodiscard]] std::vector<PoseIndex> base_poses() const;
   /// Whether the tag is fixed regardless of its observations.
   [[nodiscard]] bool is_held(PoseIndex tag) const { return bundle.poses[tag].fixed || tag == anchor; }
 };
 
-/// Prior of the tilt of the floor, exact or nearly free. The height of the floor is estimated; its origin and
-/// heading have no meaning.
+/// A prior on the tilt of the floor, which is either exact or nearly free. The height of the floor is
+/// estimated; its origin and heading are arbitrary.
 [[nodiscard]] PosePriorFactor floor_prior(const SE3& map_T_floor, bool lean_known);
 
-/// Unknowns: every tag of the start, every base pose, the height of the floor, the scales of odometry (the
-/// first of Bundle::odometry_scales; the second, if any, applies to LapInput::other_turns). The map is level
-/// with the floor. The anchor fixes position and heading, and its tilt is estimated. If the lap extends a map
-/// with an unknown floor, the anchor is fixed and the tilt of the floor is estimated instead. Frames without
-/// a tag are placed by odometry alone. Camera mountings are fixed.
+/// The unknowns are every tag in the start, every base pose, the height of the floor, and the odometry
+/// scales. The first element of Bundle::odometry_scales is the default; the second, if any, applies to
+/// LapInput::other_turns. The map is level with the floor. The anchor fixes the position and the heading; its
+/// tilt is estimated. If the lap extends a map with an unknown floor, the anchor is fixed and the tilt of the
+/// floor is estimated instead. Frames without tags are placed by odometry alone. Camera mountings are fixed.
 [[nodiscard]] LapBundle lap_bundle(const LapInput& lap, const ChainResult& start,
                                    const LapModelOptions& options = {});
 
-/// Adds a tag that is not in the start to a bundle with known base poses. Its pose becomes an unknown, and
-/// its observations, all in frames with a pose, become terms.
+/// Adds a tag that is missing from the start to a bundle with known base poses. Its pose becomes an unknown,
+/// and its observations become terms; all of them must be in frames with a pose.
 void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag,
              const std::vector<LapBundle::Observation>& observations, const LapModelOptions& options,
              LapBundle& result);
@@ -133,12 +135,12 @@ void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag,
 
 namespace waymark::internal {
 
-/// Tag poses in the map according to one observation from a known base pose, one for each possible pose of
-/// the tag; empty if the observation gives no pose. `camera`: name of the camera.
+/// Tag poses in the map according to a single observation from a known base pose, one for each possible pose
+/// of the tag. Empty if the observation does not determine a pose. `camera`: name of the camera.
 [[nodiscard]] Vote<SE3> vote_for_place(const TagDetection& detection, const std::string& camera,
                                        const LapInput& lap, const SE3& map_T_base);
 
-/// Base poses according to one observation of a tag with a known pose.
+/// Base poses according to a single observation of a tag with a known pose.
 [[nodiscard]] Vote<SE3> vote_for_base(const TagDetection& detection, const std::string& camera,
                                       const LapInput& lap, const SE3& map_T_tag);
 

@@ -1,5 +1,5 @@
-// A lap as a least-squares problem: unknowns, couplings, and zero cost at the true values. Then votes of
-// single observations.
+// Tests a lap as a least-squares problem: the unknowns, the couplings, and zero cost at the true values. Then
+// tests the votes of single observations.
 #include "waymark/mapping/lap/lap_bundle.hpp"
 
 #include <cmath>
@@ -65,7 +65,7 @@ TEST(LapBundle, OnlyPositionAndHeadingOfTheAnchorAreFixed) {
   const SO3 turned = drive.lap.map_T_anchor.rotation().inverse() * anchor.rotation();
   EXPECT_LT(std::abs((drive.lap.map_T_anchor.rotation() * turned.log()).z()), 1e-5);
   const BundleCovariance P = covariance(lap.bundle);
-  EXPECT_TRUE(P.undetermined.empty()) << "the height of the floor and all other unknowns are determined";
+  EXPECT_TRUE(P.undetermined.empty()) << "the height of the floor is determined, as are all other unknowns";
 }
 
 TEST(LapBundle, FramesWithoutTagsArePlacedByOdometry) {
@@ -97,7 +97,7 @@ TEST(LapBundle, SimultaneousFramesOfTwoCamerasShareABasePose) {
   ASSERT_EQ(lap.more_cams.size(), 1U);
   EXPECT_EQ(drive.lap.frames.size(), 2 * drive.truth.size());
   EXPECT_EQ(lap.base_poses().size(), drive.truth.size());
-  EXPECT_EQ(lap.bundle.on_floor.size(), drive.truth.size()) << "one floor term per pose";
+  EXPECT_EQ(lap.bundle.on_floor.size(), drive.truth.size()) << "one floor term for each pose";
   bool front = false;
   bool rear = false;
   for (std::size_t i = 0; i < lap.bundle.corners.size(); ++i) {
@@ -147,7 +147,7 @@ TEST(LapBundle, ALapOnAMapWithAFloorUsesItsTilt) {
   LapPrior prior{.map = drive.tags};
   drive.lap.prior = prior;
   const LapBundle unknown = bundle_of(drive);
-  EXPECT_TRUE(unknown.bundle.poses[*unknown.anchor].fixed) << "then the tilt of the floor is estimated";
+  EXPECT_TRUE(unknown.bundle.poses[*unknown.anchor].fixed) << "the tilt of the floor is then estimated";
   drive.lap.prior->map.floor.covariance = Eigen::Matrix3d(1e-6 * Eigen::Matrix3d::Identity());
   drive.lap.prior->map.floor.normal = Eigen::Vector3d(0.02, 0, 1).normalized();
   const LapBundle known = bundle_of(drive);

@@ -16,7 +16,7 @@ constexpr const char* kTurns = "Drive bends to both sides, always with tags in v
 constexpr const char* kStraight = "Drive some metres straight past several tags.";
 constexpr const char* kUnsteady = "Drive at two speeds, and change speed with tags in view.";
 
-/// Standard deviations below which a parameter is usable.
+/// Standard deviations below which a parameter is considered usable.
 struct Worth {
   double metres = 0.01, radians = 0.01, scale = 0.01, lateral_slip_s = 0.03, camera_latency_s = 0.01,
          bias_rad_s = 0.002;
@@ -40,7 +40,7 @@ class CalibrationValues {
   Calibration& calibration_;
 };
 
-/// Ratio of the mean of both focal lengths.
+/// Mean ratio of the focal lengths (fx, fy) of the two cameras.
 double focal_scale(const CameraModel& camera, const CameraModel& given) {
   const Eigen::Vector2d f = intrinsics_of(camera).head<2>();
   return f.cwiseQuotient(intrinsics_of(given).head<2>()).mean();
@@ -55,7 +55,7 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   CalibrationValues values(calibration);
   values.add("mounting_x_m", camera.x_m, found.sigma[0], worth.metres, kSpeeds);
   values.add("mounting_y_m", camera.y_m, found.sigma[1], worth.metres, kTurns);
-  // Rotations about base axes are roll, pitch and yaw of a nearly level camera.
+  // For a nearly level camera, rotations about the base axes are roll, pitch and yaw.
   values.add("mounting_roll_rad", camera.roll_rad, found.sigma[3], worth.radians, kStraight);
   values.add("mounting_pitch_rad", camera.pitch_rad, found.sigma[4], worth.radians, kStraight);
   values.add("mounting_yaw_rad", camera.yaw_rad, found.sigma[5], worth.radians, kStraight);
@@ -75,12 +75,12 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
 }
 
 /// The camera latency is modelled to first order only, and a robot's turn rate changes within a tenth of a
-/// second. The remaining error makes the odometry noise too large and its turns too small (errors in
-/// variables; Fuller, "Measurement Error Models", 1987, section 1.1). A second fit therefore starts with
-/// corrected stamps.
+/// second. The remaining error makes the estimated odometry noise too large and the odometry turns too small
+/// (errors in variables; Fuller, "Measurement Error Models", 1987, section 1.1). A second fit therefore
+/// starts with corrected stamps.
 constexpr double kCameraLatencyForSecondFit_s = 0.005;
 
-/// Restores the recorded stamps of frames.
+/// Restores the stamps of frames as they were recorded.
 void add_camera_latency(Duration camera_latency, BundleMap& map) {
   for (StampedPose& pose : map.trajectory) pose.stamp += camera_latency;
   for (StampedPose& pose : map.start_trajectory) pose.stamp += camera_latency;

@@ -1,5 +1,5 @@
-// In a calibration from a lap, every parameter has a standard deviation, and an unobservable one has advice
-// on what to drive.
+// Tests that every parameter of a calibration from a lap has a standard deviation, and that unobservable
+// parameters have advice on what to drive.
 #include "waymark/mapping/lap/lap_calibration.hpp"
 
 #include <chrono>

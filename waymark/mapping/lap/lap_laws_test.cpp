@@ -1,5 +1,6 @@
-// Invariants of the map of any lap, tested on a ring. The anchor, the unit of length, the clock and the
-// direction of turns do not matter; covariances are positive definite; a search stops on request.
+// Invariants of the map made from any lap, tested on a ring. The choice of the anchor, the unit of length,
+// the clock and the direction of turns do not matter; covariances are positive definite; a search stops on
+// request.
 #include <algorithm>
 
 #include <gmock/gmock.h>

@@ -15,17 +15,17 @@
 namespace waymark::internal {
 namespace {
 
-/// The terms of each pose in this role.
+/// The terms in which each pose has this role.
 std::vector<std::vector<std::size_t>> terms_by(PoseIndex CornerTerm::*role, const Bundle& bundle) {
   std::vector<std::vector<std::size_t>> terms(bundle.poses.size());
   for (std::size_t i = 0; i < bundle.corners.size(); ++i) terms[bundle.corners[i].*role].push_back(i);
   return terms;
 }
 
-/// Odometry terms by base pose.
+/// The odometry terms of each base pose.
 using OdometryBeside = std::map<PoseIndex, std::vector<const OdometryTerm*>>;
 
-/// Base pose according to odometry from an adjacent frame.
+/// The base pose according to odometry from an adjacent frame.
 Alternative<SE3> carried(const OdometryTerm& wheels, PoseIndex base, const Bundle& bundle) {
   constexpr double kSigma_m = 0.03;
   constexpr double kSigma_rad = 0.03;
@@ -38,8 +38,8 @@ Alternative<SE3> carried(const OdometryTerm& wheels, PoseIndex base, const Bundl
   return {map_T_base, whitened.transpose() * whitened, 0};
 }
 
-/// New pose of a frame with mostly inconsistent observations. It is the pose that its observations and
-/// adjacent frames agree on, if that has more support than the current pose.
+/// A new pose for a frame whose observations are mostly inconsistent. It is the pose that its observations
+/// and the adjacent frames agree on, if that pose has more support than the current one.
 std::optional<SE3> frame_found_again(const LapInput& input, const LapBundle& lap, PoseIndex base,
                                      const std::vector<std::size_t>& terms, std::ptrdiff_t good,
                                      const std::vector<const OdometryTerm*>& beside,
@@ -140,7 +140,7 @@ bool place_unconnected(const LapInput& input, const BundleMapOptions& options, L
 
 namespace {
 
-/// Squared whitened residual of each motion.
+/// The squared whitened residual of each motion.
 std::vector<double> wheel_chi2(const Bundle& bundle) {
   std::vector<double> chi2;
   chi2.reserve(bundle.odometry.size());
@@ -152,12 +152,12 @@ std::vector<double> wheel_chi2(const Bundle& bundle) {
   return chi2;
 }
 
-/// Ratio of assumed to actual odometry noise, if one motion has a much larger error than all others;
+/// The ratio of assumed to actual odometry noise if one motion has a much larger error than the median;
 /// otherwise 1.
 double exactness_beside_a_jump(const Bundle& bundle) {
   constexpr std::size_t kMinMotions = 30;
   constexpr double kMinJumpRatio = 50;
-  constexpr double kMedianChi2 = 2.366;  // of chi-square with 3 degrees of freedom
+  constexpr double kMedianChi2 = 2.366;  // median of chi-square with 3 degrees of freedom
   constexpr double kMaxExactness = 30;
   const std::vector<double> chi2 = wheel_chi2(bundle);
   if (chi2.size() < kMinMotions) return 1;
@@ -167,7 +167,7 @@ double exactness_beside_a_jump(const Bundle& bundle) {
   return std::clamp(std::sqrt(kMedianChi2 / std::max(usual, 1e-12)), 1.0, kMaxExactness);
 }
 
-/// Tags with many inconsistent observations, those with the most first.
+/// Tags with many inconsistent observations, sorted by their number in descending order.
 std::vector<PoseIndex> suspects(const LapBundle& lap, double outlier_chi2) {
   constexpr int kMinContradictions = 8;
   constexpr std::size_t kMaxSuspects = 3;

@@ -1,4 +1,5 @@
-// Frames and tags far from their true poses are re-initialised; correct ones do not change.
+// Tests that frames and tags far from their true poses are re-initialised, and that correct ones do not
+// change.
 #include "waymark/mapping/lap/lost_poses.hpp"
 
 #include <gmock/gmock.h>

@@ -33,13 +33,14 @@ const SE3* base_at(const BundleMap& map, SensorTime stamp) {
   return at != map.trajectory.end() && at->stamp == stamp ? &at->map_T_base : nullptr;
 }
 
-/// Tag poses according to one observation.
+/// The tag poses according to one observation.
 struct Observation {
   SensorTime stamp{};
   Vote<SE3> vote{};
 };
 
-/// A tag's observations, split into those consistent with its pose in the map and the others.
+/// A tag's observations, divided into those that are consistent with its pose in the map and those that are
+/// not.
 struct Split {
   std::vector<Observation> here;
   std::vector<Observation> there;
@@ -74,7 +75,7 @@ bool seen_twice_at_once(const TagId& tag, const LapInput& lap) {
   return frames >= 2;
 }
 
-/// Whether one moment separates the two groups, except for a few observations.
+/// Whether a single point in time separates the two groups, except for a few observations.
 bool apart_in_time(const std::vector<SensorTime>& here, const std::vector<SensorTime>& there) {
   constexpr double kMaxExceptionShare = 0.2;
   std::vector<std::pair<SensorTime, int>> both;
@@ -85,10 +86,11 @@ bool apart_in_time(const std::vector<SensorTime>& here, const std::vector<Sensor
   const auto all_here = static_cast<int>(here.size());
   const auto all_there = static_cast<int>(there.size());
   int fewest = std::min(all_here, all_there);
-  int before = 0;  // difference of the counts so far
+  int before = 0;  // number of `here` minus number of `there` so far
   for (const auto& [stamp, which] : both) {
     before += which;
-    // Exceptions if all of `here` are earlier are `there` so far plus `here` from now on, or the reverse.
+    // If all of `here` should be earlier, the exceptions are those of `there` so far and those of `here` from
+    // now on; otherwise, the reverse.
     fewest = std::min({fewest, all_here - before, all_there + before});
   }
   return fewest < kMaxExceptionShare * std::min(all_here, all_there);
@@ -98,7 +100,8 @@ std::string describe(const SecondPlace& place) {
   const std::string both = fmt::format("{} was observed at two places, {:.2f} m apart ({} and {} times)",
                                        to_string(place.tag), place.distance_m, place.here, place.there);
   if (place.at_once) return both + ", also in one frame: two tags carry this id; change one of them";
-  constexpr double kMaxPushed_m = 1.0;  // a tag that is pushed or remounted rarely moves farther
+  // A tag that is pushed or remounted is rarely displaced by more than this.
+  constexpr double kMaxPushed_m = 1.0;
   if (place.one_after_the_other && place.distance_m < kMaxPushed_m)
     return both + ", one after the other: it was moved during the lap; repeat the lap with fixed tags";
   return both + ": two tags carry this id, or the tag was moved by hand; change one of them";
@@ -110,7 +113,7 @@ double position_sigma_m(const MappedTag& tag) {
   return std::sqrt(P.topLeftCorner<3, 3>().diagonal().maxCoeff());
 }
 
-/// The longest side of each tag in any observation.
+/// For each tag, the length of its longest side in all observations.
 std::map<TagId, double> largest_sides_px(const LapInput& lap) {
   std::map<TagId, double> largest;
   for (const TagFrame& frame : lap.frames) {
@@ -170,7 +173,7 @@ void check_tags(const LapInput& lap, const BundleMap& map, std::vector<std::stri
   }
 }
 
-/// A pose that most rejected observations agree on, and their stamps.
+/// The pose that most rejected observations agree on, and the stamps of these observations.
 struct AgreedPlace {
   SE3 map_T_tag{};
   std::vector<SensorTime> stamps{};
@@ -189,7 +192,8 @@ std::optional<AgreedPlace> agreed_place(const std::vector<Observation>& observat
   return place;
 }
 
-/// Times at which a tag was certainly here, not elsewhere; from far away both poses look alike.
+/// Times at which a tag was certainly here and not elsewhere. From far away, the two poses cannot be
+/// distinguished.
 std::vector<SensorTime> surely_here(const Split& split, const SE3& elsewhere) {
   std::vector<SensorTime> stamps;
   for (const Observation& observation : split.here) {
@@ -198,7 +202,8 @@ std::vector<SensorTime> surely_here(const Split& split, const SE3& elsewhere) {
   return stamps;
 }
 
-/// Whether a place has few observations compared with those of the tag there, which indicates misread ids.
+/// Whether a place has few observations compared with another tag at that place, which indicates that the
+/// other tag's id was misread.
 bool misread_for_another(const SecondPlace& place, const BundleMap& map) {
   constexpr double kSame_m = 0.1;
   constexpr double kMaxMisreadShare = 0.2;
@@ -214,7 +219,8 @@ bool misread_for_another(const SecondPlace& place, const BundleMap& map) {
 std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map) {
   constexpr std::size_t kMinObservationsOfPlace = 4;
   constexpr double kMinDistance_m = 0.03;
-  constexpr double kMinShare = 0.05;  // fewer are detection errors, which are not reported
+  // A smaller share is attributed to detection errors, which are not reported.
+  constexpr double kMinShare = 0.05;
   std::map<TagId, std::set<SensorTime>> rejected;
   for (const RejectedObservation& observation : map.rejected)
     rejected[observation.tag].insert(observation.stamp);
@@ -241,7 +247,8 @@ std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map
 
 namespace {
 
-/// Reports tags at two places; if there are many, the camera calibration is the likely cause.
+/// Reports tags that were observed in two places; if there are many of them, the camera calibration is the
+/// likely cause.
 void check_places(const LapInput& lap, const BundleMap& map, std::vector<std::string>& warnings) {
   const std::vector<SecondPlace> places = second_places(lap, map);
   constexpr std::size_t kMaxReported = 4;
@@ -291,7 +298,8 @@ Reason reason_of(const Vote<SE3>& vote, const MappedTag* tag) {
   return other ? Reason::OtherPose : Reason::Elsewhere;
 }
 
-/// If an id occurs twice in a frame, the detection with the stronger reason is used.
+/// The reason for a rejection. If an id occurs twice in a frame, the detection with the stronger reason is
+/// used.
 Reason reason_of(const RejectedObservation& observation, const LapInput& lap, const BundleMap& map) {
   const auto frames = std::ranges::equal_range(lap.frames, observation.stamp, {}, &TagFrame::stamp);
   const auto base = std::ranges::lower_bound(map.trajectory, observation.stamp, {}, &StampedPose::stamp);
@@ -368,7 +376,7 @@ void internal::check_observations(const LapInput& lap, const BundleMap& map,
 
 namespace {
 
-/// A frame with an observation of a tag, and its base pose in the map.
+/// A frame that contains an observation of a tag, and the base pose of this frame in the map.
 struct Visit {
   const TagDetection* seen = nullptr;
   const TagFrame* frame = nullptr;
@@ -376,7 +384,7 @@ struct Visit {
 };
 using Visits = std::map<TagId, std::vector<Visit>>;
 
-/// The observations in use of each tag of the map, in time.
+/// The observations in use of each tag in the map, in chronological order.
 Visits visits_of(const LapInput& lap, const BundleMap& map) {
   std::set<std::pair<SensorTime, TagId>> rejected;
   for (const RejectedObservation& observation : map.rejected)
@@ -393,7 +401,7 @@ Visits visits_of(const LapInput& lap, const BundleMap& map) {
   return visits;
 }
 
-/// Pose of a tag according to its observations, from base poses in the map.
+/// The pose of a tag according to its observations from base poses in the map.
 std::optional<SE3> place_by(const LapInput& lap, std::vector<Visit>::const_iterator first,
                             std::vector<Visit>::const_iterator last) {
   std::vector<internal::Vote<SE3>> votes;
@@ -536,7 +544,8 @@ void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std:
 
 namespace {
 
-/// "-12 mm forward (+- 4), ...": significant parameters of a mounting that are not zero when printed.
+/// The significant parameters of a mounting that are not zero when printed, such as "-12 mm forward (+- 4),
+/// ...".
 std::vector<std::string> significant_offsets(const MountingEstimate& mounting) {
   struct Number {
     double unit;

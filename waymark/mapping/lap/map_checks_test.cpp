@@ -1,6 +1,7 @@
-// Warnings about a map, on a ring with a true map and one defect at a time. Reasons for rejected
-// observations. Loop-closure error of odometry and map, on a ring with ground truth. Warnings about a lap as
-// a whole: the lens, tags on a line, times without a tag, the camera mounting.
+// Tests warnings about a map on a ring, using the true map with one defect at a time. Tests the reasons for
+// rejected observations. Tests the loop-closure errors of odometry and of the map on a ring with ground
+// truth. Tests warnings about a lap as a whole: the lens, tags on a line, times without a tag, and the camera
+// mounting.
 #include "waymark/mapping/lap/map_checks.hpp"
 
 #include <gmock/gmock.h>
@@ -174,7 +175,7 @@ TEST(MapCheck, IncludesWarningsAboutThePriorMap) {
 
 constexpr std::size_t kFrame = 40;
 
-/// The first detection of a frame.
+/// The first detection in a frame.
 TagDetection& seen_in(RingDrive& drive, std::size_t frame = kFrame) {
   return drive.lap.frames[frame].detections.front();
 }
@@ -220,13 +221,13 @@ TEST(LeftOut, DistinguishesTheOtherPoseFromAMovedTag) {
   RingDrive drive = drive_ring();
   const TagId tag = seen_in(drive).tag;
   BundleMap map = true_map(drive);
-  // The map contains the mirror image of the tag's pose about the line of sight.
+  // The map contains the tag's pose mirrored about the line of sight.
   const SE3 map_T_cam = drive.truth[kFrame].map_T_base * drive.lap.base_T_cam;
   const SE3 cam_T_tag = map_T_cam.inverse() * drive.tags.tags.at(tag).map_T_tag;
   const auto observed = observe(drive.lap.frames[kFrame], drive.lap);
   const auto of_tag = std::ranges::find(observed.tags, tag, &TagPoseObservation::tag);
   ASSERT_NE(of_tag, observed.tags.end());
-  ASSERT_TRUE(of_tag->other) << "too close for two poses";
+  ASSERT_TRUE(of_tag->other) << "the camera is too close for two poses";
   EXPECT_LT((of_tag->cam_T_tag.translation() - cam_T_tag.translation()).norm(), 0.01);
   map.map.tags.at(tag).map_T_tag = map_T_cam * of_tag->other->cam_T_tag;
   test::reject(drive, tag, kFrame, kFrame + 1, map);
@@ -277,7 +278,7 @@ TEST(LoopClosure, IsZeroForExactOdometryAndAnExactMap) {
   const auto loop = loop_closure(drive.lap, true_map(drive));
   ASSERT_TRUE(loop);
   EXPECT_GT(loop->away_s, 10);
-  EXPECT_NEAR(loop->way_m, 0.5 * loop->away_s, 0.01) << "one frame per 0.1 s and 5 cm";
+  EXPECT_NEAR(loop->way_m, 0.5 * loop->away_s, 0.01) << "one frame for every 0.1 s and 5 cm";
   EXPECT_LT(loop->before_m, 1e-6);
   EXPECT_LT(loop->before_rad, 1e-6);
   EXPECT_LT(loop->after_m, 1e-4);
@@ -287,7 +288,7 @@ TEST(LoopClosure, IncludesAWrongDistanceScale) {
   const RingDrive drive = drive_ring({.odometry_distance = 0.9});
   const auto loop = loop_closure(drive.lap, true_map(drive));
   ASSERT_TRUE(loop);
-  // The same arc with nine tenths of its radius: the chord is a tenth shorter.
+  // The arc has the same angle but nine tenths of the radius, so the chord is a tenth shorter.
   const double turned_rad = loop->way_m;
   EXPECT_NEAR(loop->before_m, 0.1 * 2 * std::abs(std::sin(turned_rad / 2)), 1e-3);
   EXPECT_LT(loop->before_rad, 1e-6);
@@ -423,7 +424,7 @@ TEST(CheckLine, ReportsTagsOnALineInAnyDirection) {
     if (round == 0) testing::expect_on_page("map", line_warnings(places).front());
     const Eigen::Vector3d across = along.unitOrthogonal();
     places[2] += 0.5 * across;
-    EXPECT_THAT(line_warnings(places), IsEmpty()) << "one tag is off the line";
+    EXPECT_THAT(line_warnings(places), IsEmpty()) << "one tag is not on the line";
   }
 }
 

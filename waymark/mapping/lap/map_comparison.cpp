@@ -15,7 +15,7 @@
 namespace waymark {
 namespace {
 
-/// Distance of two tag poses in units of the tolerance for an unmoved tag.
+/// The distance between two tag poses in units of the tolerance for an unmoved tag.
 double separation(const SE3& a, const SE3& b, const MapComparisonOptions& options) {
   const double metres = (a.translation() - b.translation()).norm() / options.same_m;
   const double radians = (a.rotation().inverse() * b.rotation()).angle() / options.same_rad;
@@ -32,8 +32,8 @@ int agreeing(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
   return count;
 }
 
-/// A Gauss-Newton step of the alignment with the agreeing tags, in units of the tolerance. Over a room, the
-/// positions of the tags determine the rotation better than their rotations do.
+/// A Gauss-Newton step of the alignment with the agreeing tags, in units of the tolerance. Across a room, the
+/// positions of the tags determine the rotation more accurately than their rotations do.
 SE3 stepped(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
             const MapComparisonOptions& options) {
   SE3::Jacobian information = SE3::Jacobian::Zero();
@@ -42,8 +42,8 @@ SE3 stepped(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
     const MappedTag* now = map.find(id);
     const SE3 expected = map_T_prior * tag.map_T_tag;
     if (now == nullptr || separation(expected, now->map_T_tag, options) >= 1) continue;
-    SE3::Jacobian J = SE3::Jacobian::Identity();  // of position and rotation with respect to the left tangent
-                                                  // of map_T_prior
+    // Derivative of position and rotation with respect to the left tangent of map_T_prior.
+    SE3::Jacobian J = SE3::Jacobian::Identity();
     J.topRightCorner<3, 3>() = -SO3::hat(expected.translation());
     SE3::Tangent off;
     off << now->map_T_tag.translation() - expected.translation(),
@@ -59,7 +59,7 @@ SE3 stepped(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
 }
 
 /// Repeats the selection of agreeing tags and their alignment until neither changes. Starts with a wider
-/// tolerance, because one tag is a poor estimate of the alignment far away.
+/// tolerance, because the alignment estimated from one tag is inaccurate far away from it.
 SE3 refined(const TagMap& map, const TagMap& prior, SE3 map_T_prior, const MapComparisonOptions& options) {
   constexpr int kSteps = 20;
   constexpr double kMinStep = 1e-9;
@@ -101,8 +101,8 @@ ComparedTag compared_tag(const TagId& id, const MappedTag& now, const TagMap& ma
   return compared;
 }
 
-/// Size ratio of the maps if all distances have the same ratio, which indicates different tag sizes. Empty if
-/// the distances disagree, or if the ratio is one.
+/// The size ratio of the maps if it is the same for all distances, which indicates different tag sizes. Empty
+/// if the ratios of the distances disagree or if the ratio is one.
 std::optional<double> times_as_large(const TagMap& map, const TagMap& prior) {
   constexpr double kMaxSpread = 0.03;
   constexpr std::size_t kMinRatios = 3;
@@ -228,7 +228,7 @@ std::vector<Pair> agreeing_pairs(const std::vector<Pair>& pairs, const SE2& map_
   return good;
 }
 
-/// Least-squares rotation and translation (Umeyama, 1991, in the plane, without a scale).
+/// Least-squares rotation and translation (Umeyama, 1991; in the plane and without a scale).
 SE2 least_squares(const std::vector<Pair>& pairs) {
   Eigen::Vector2d before = Eigen::Vector2d::Zero();
   Eigen::Vector2d now = Eigen::Vector2d::Zero();

@@ -27,41 +27,41 @@ enum class TagChange : std::uint8_t { Same, Moved, Swapped, Resized, New, Missin
 struct ComparedTag {
   TagId tag{};
   TagChange change = TagChange::Same;
-  double distance_m = 0;  ///< between the two poses, after alignment; 0 for new and missing tags
+  double distance_m = 0;  ///< distance between the two poses after alignment; 0 for new and missing tags
   double turned_rad = 0;
-  std::optional<TagId> with{};  ///< Swapped: the tag whose place it took
+  std::optional<TagId> with{};  ///< if swapped, the tag whose place it took
 };
 
-/// Comparison of two maps of one place.
+/// Comparison of two maps of the same place.
 struct MapComparison {
-  SE3 map_T_prior{};                ///< alignment that most tags agree on; the maps may have different frames
-  int agreeing = 0;                 ///< number of tags that agree on it
-  double rms_m = 0;                 ///< distance of these tags after alignment
-  std::vector<ComparedTag> tags{};  ///< of either map, in order
+  SE3 map_T_prior{};  ///< the alignment that most tags agree on; the maps may have different frames
+  int agreeing = 0;   ///< number of tags that agree on the alignment
+  double rms_m = 0;   ///< RMS distance of these tags after alignment
+  std::vector<ComparedTag> tags{};  ///< all tags in either map, in order
 };
 
-/// Aligns the prior map by the alignment that most common tags agree on, then determines the change of each
-/// tag. Each tag proposes an alignment, which is refined by least squares of positions and rotations of the
-/// tags near it and scored with all tags. Fails if fewer than two tags agree on any alignment. O(tags^2).
+/// Aligns the prior map using the alignment that most common tags agree on, then determines how each tag has
+/// changed. Each tag proposes an alignment, which is refined by least squares of positions and rotations of
+/// the tags near it and scored with all tags. Fails if fewer than two tags agree on any alignment. O(tags^2).
 [[nodiscard]] Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
                                                  const MapComparisonOptions& options = {});
 
-/// A tag of an older map as a point in the plane, identified only by its number.
+/// A tag in an older map, given as a point in the plane and identified only by its number.
 struct PriorPoint {
   int number = 0;
   Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
 };
 
-/// The same for points. Heights and directions are ignored, and numbers stand for tags of any family. Fails
-/// if fewer than three agree on any alignment. O(points^3).
+/// Does the same for points. Heights and directions are ignored, and a number can refer to a tag of any
+/// family. Fails if fewer than three agree on any alignment. O(points^3).
 [[nodiscard]] Result<MapComparison> compare_points(const TagMap& map, const std::vector<PriorPoint>& prior,
                                                    const MapComparisonOptions& options = {});
 
-/// One sentence for each tag that changed.
+/// One sentence for each tag that has changed.
 [[nodiscard]] std::vector<std::string> describe(const MapComparison& comparison);
 
 namespace internal {
-/// Determines the change of each tag of either map, given their alignment.
+/// Determines how each tag in either map has changed, given the alignment of the maps.
 void compare_tags(const TagMap& map, const TagMap& prior, const MapComparisonOptions& options,
                   MapComparison& comparison);
 }  // namespace internal

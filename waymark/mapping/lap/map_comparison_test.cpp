@@ -39,7 +39,7 @@ TEST(MapComparison, AMapAgreesWithItselfInAnyFrame) {
   EXPECT_TRUE(describe(*comparison).empty());
 }
 
-/// Inaccurately printed corners make tags appear tilted by a degree or two.
+/// If their corners are printed inaccurately, tags appear tilted by a degree or two.
 TEST(MapComparison, ALongRowOfTagsIsAlignedByTheirPositions) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Random random(seed);

@@ -1,4 +1,4 @@
-// Interpolation of odometry, and gyro rotation between two times.
+// Tests the interpolation of odometry and the gyro rotation between two times.
 #include "waymark/mapping/lap/motion_tracks.hpp"
 
 #include <cmath>
@@ -88,7 +88,7 @@ TEST(GyroTrack, IsEmptyForATimeWithAGap) {
   EXPECT_TRUE(track.turn(at(3.1), at(4.5)));
   EXPECT_FALSE(track.turn(at(1.5), at(2.5))) << "ends in the gap";
   EXPECT_FALSE(track.turn(at(2.5), at(3.5))) << "begins in the gap";
-  EXPECT_FALSE(track.turn(at(1.5), at(3.5))) << "the gap is between both ends";
+  EXPECT_FALSE(track.turn(at(1.5), at(3.5))) << "the gap is between the ends";
   EXPECT_TRUE(GyroTrack(samples(2, 2.15)).turn(at(1.5), at(3.5))) << "a short gap";
 }
 

@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-/// Usual accuracy of a robot file [m], [rad].
+/// The usual accuracy of the values in a robot file [m, rad].
 constexpr std::array<double, 6> kUsualAccuracy = {0.01, 0.01, 0.01, 0.009, 0.009, 0.009};
 constexpr int kHeight = 2;
 
@@ -30,9 +30,10 @@ Vector6 between(const SE3& assumed, const SE3& found) {
   return off;
 }
 
-/// Centred at the expected estimate, so that trusted parameters keep their values even if the camera rotates.
+/// The prior is centred at the expected estimate, so that trusted parameters keep their values even if the
+/// camera is rotated.
 PosePriorFactor prior_of(const MountingAssumption& assumption) {
-  constexpr double kFreeSigma = 0.1;  // [m], [rad]
+  constexpr double kFreeSigma = 0.1;  // [m, rad]
   constexpr double kFixedSigma = 1e-4;
   Vector6 sigma = Vector6::Constant(kFreeSigma);
   Vector6 off = assumption.off;
@@ -47,11 +48,11 @@ PosePriorFactor prior_of(const MountingAssumption& assumption) {
   return {centre, whitening_of(from_coordinate_covariance(centre, P).covariance)};
 }
 
-/// Reduces the weight of heights. Pose errors from tags are rotations about the tags, so the apparent height
-/// of the base varies more the farther it is from the tags. If the assumed height noise is the roughness of
-/// the floor, the base is pulled nearer to the tags, where heights vary least. The number of unknown poses
-/// grows with the number of observations (Neyman and Scott, "Consistent estimates based on partially
-/// consistent observations", 1948). The pull is proportional to the square of the weight.
+/// Reduces the weight of heights. Pose errors due to tags are rotations about the tags, so the farther the
+/// base is from the tags, the more its apparent height varies. If the assumed height noise is only the
+/// roughness of the floor, the base is pulled towards the tags, where heights vary least. The number of
+/// unknown poses grows with the number of observations (Neyman and Scott, "Consistent estimates based on
+/// partially consistent observations", 1948). The pull is proportional to the square of the weight.
 void loosen_heights(Bundle& bundle) {
   constexpr double kFactor = 4;
   for (OnFloorTerm& term : bundle.on_floor) term.factor.height_sigma_m *= kFactor;
@@ -131,7 +132,7 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
 namespace waymark::internal {
 namespace {
 
-/// The frame before which half of the observations in use lie.
+/// The frame before which half of the observations in use were made.
 std::size_t middle_frame(const LapBundle& lap) {
   std::vector<std::size_t> frames;
   for (std::size_t i = 0; i < lap.observations.size(); ++i) {
@@ -143,7 +144,7 @@ std::size_t middle_frame(const LapBundle& lap) {
   return *middle;
 }
 
-/// Whether something other than the frames that observed it fixes an observed tag.
+/// Whether any observed tag is fixed by something other than the frames in which it was observed.
 bool is_placed(const Bundle& bundle) {
   std::vector<char> known(bundle.poses.size(), 0);
   for (std::size_t i = 0; i < known.size(); ++i) known[i] = bundle.poses[i].fixed ? 1 : 0;
@@ -153,7 +154,8 @@ bool is_placed(const Bundle& bundle) {
                              [&](const CornerTerm& term) { return term.used && known[term.tag] != 0; });
 }
 
-/// The pose of a half on the floor is arbitrary if none of its tags is known. Its first pose is then fixed.
+/// Fixes the first pose of a half of the lap. If none of its tags is known, its pose on the floor is
+/// otherwise arbitrary.
 void fix_pose_on_floor(PoseIndex base, Bundle& bundle) {
   constexpr double kFixed = 1e-6;
   Vector6 weight = Vector6::Zero();
@@ -161,7 +163,7 @@ void fix_pose_on_floor(PoseIndex base, Bundle& bundle) {
   bundle.priors.push_back({base, {bundle.poses[base].value, weight.asDiagonal()}});
 }
 
-/// A lap of the frames from `first` to before `last`; poses keep their indices.
+/// The part of a lap from frame `first` up to, but not including, frame `last`. Poses keep their indices.
 LapBundle part_of(const LapBundle& lap, std::size_t first, std::size_t last) {
   std::vector<char> within(lap.bundle.poses.size(), 0);
   std::optional<PoseIndex> start;
@@ -188,8 +190,8 @@ LapBundle part_of(const LapBundle& lap, std::size_t first, std::size_t last) {
   return part;
 }
 
-/// Decrease of the cost of the observations from which `own` was estimated, at the estimate `others`,
-/// relative to zero.
+/// The decrease in the cost of the observations from which `own` was estimated if the value is `others`
+/// instead of zero.
 double gain(double own, double sigma, double others) {
   const double off = own - others;
   return (own * own - off * off) / (sigma * sigma);
@@ -197,7 +199,7 @@ double gain(double own, double sigma, double others) {
 
 std::array<bool, 6> confirmed_by_halves(const LapBundle& freed, const SE3& assumed, int max_iterations,
                                         const BundleProgress& progress) {
-  constexpr double kMinGainOfHalves = 4;  // of chi-square, over both halves
+  constexpr double kMinGainOfHalves = 4;  // decrease in chi-square, summed over both halves
   std::array<bool, 6> confirmed{};
   const std::size_t middle = middle_frame(freed);
   const auto estimate = [&](std::size_t first, std::size_t last) {
@@ -219,7 +221,8 @@ std::array<bool, 6> confirmed_by_halves(const LapBundle& freed, const SE3& assum
 }  // namespace
 
 void find_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress) {
-  constexpr std::size_t kMaxFrames = 3000;  // sufficient for three variances, each within a few per cent
+  // Sufficient to estimate three variances to within a few per cent each.
+  constexpr std::size_t kMaxFrames = 3000;
   if (lap.bases.size() <= kMaxFrames) {
     fit_odometry_noise(lap, max_iterations, progress);
     return;
@@ -247,14 +250,14 @@ void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, co
   if (!mounting.any_significant()) return;
   find_odometry_noise(freed, max_iterations, progress);
   const MountingAssumption assumption{.base_T_cam = assumed};
-  // With the estimated odometry noise, further parameters may become significant.
+  // With the estimated odometry noise, additional parameters may become significant.
   if (const auto again = estimate_mounting(freed, max_iterations, progress, assumption)) keep(again->out);
 }
 
 namespace {
 
-/// Divides the base poses into `count` consecutive parts of equal size. Each tag belongs to the part with the
-/// most observations of it.
+/// Divides the base poses into `count` consecutive parts of equal size. Each tag belongs to the part that
+/// contains most of its observations.
 std::vector<int> stretches_of(const LapBundle& lap, int count) {
   std::vector<int> stretch(lap.bundle.poses.size(), -1);
   const std::vector<PoseIndex> bases = lap.base_poses();
@@ -281,7 +284,7 @@ void spread_by_stretches(const LapBundle& lap, MountingEstimate& estimate) {
   if (!spread) return;
   estimate.scales_sigma = OdometryScales::of(deviations(spread->scales));
   estimate.sigma = deviations(coordinate_covariance(Uncertain<SE3>{estimate.base_T_cam, spread->pose}));
-  // A tag with a wrong print size is wrong in every stretch that observes it.
+  // A tag printed in a wrong size has the same error in every stretch in which it is observed.
   if (spread->intrinsics.size() > 0)
     estimate.focal_scale_sigma =
         std::max(estimate.focal_scale_sigma, focal_scale_sigma(lap.bundle, spread->intrinsics));

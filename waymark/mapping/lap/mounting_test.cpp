@@ -1,5 +1,5 @@
-// The camera mounting from a lap is estimated despite a wrong robot file, fixed if trusted, and unobservable
-// if the lap does not determine it.
+// Tests the camera mounting estimated from a lap. It is correct despite a wrong robot file, fixed if it is
+// trusted, and unobservable if the lap does not determine it.
 #include "waymark/mapping/lap/mounting.hpp"
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 using test::drive_ring;
 using test::RingDrive;
 
-/// The mounting of a wrong robot file: rotated and displaced.
+/// The mounting in a wrong robot file, which is rotated and displaced.
 SE3 wrong(const SE3& base_T_cam) {
   return {SO3::from_rpy(0, 0, 0.04) * base_T_cam.rotation(),
           base_T_cam.translation() + Eigen::Vector3d(0, 0.02, 0)};
@@ -96,8 +96,8 @@ TEST(MountingEstimate, FocalScaleIsTheMeanOfBothLengths) {
   Bundle bundle;
   bundle.intrinsics.push_back({.prior = Eigen::Vector4d(400, 500, 320, 240)});
   Eigen::Matrix4d P = Eigen::Matrix4d::Zero();
-  P(0, 0) = 16;  // 1 % of fx
-  P(1, 1) = 25;  // 1 % of fy
+  P(0, 0) = 16;  // (1 % of fx)^2
+  P(1, 1) = 25;  // (1 % of fy)^2
   EXPECT_NEAR(internal::focal_scale_sigma(bundle, P), 0.01 / std::sqrt(2.0), 1e-12) << "independent";
   P(0, 1) = P(1, 0) = 20;
   EXPECT_NEAR(internal::focal_scale_sigma(bundle, P), 0.01, 1e-12) << "fully correlated";
@@ -128,7 +128,8 @@ TEST(MountingHalves, AMountingConfirmedByBothHalvesIsKept) {
   const RingDrive drive =
       drive_ring({.loops = 2, .noise_px = 0.05, .odometry_sigma_m = 5e-4, .odometry_sigma_rad = 1e-3});
   const SE3& truth = drive.lap.base_T_cam;
-  const SE3 given(SO3::from_rpy(0, 0.04, 0) * truth.rotation(), truth.translation());  // looks down
+  // The camera looks down.
+  const SE3 given(SO3::from_rpy(0, 0.04, 0) * truth.rotation(), truth.translation());
   LapBundle lap = taken_for(drive, given);
   auto estimate = estimate_mounting(lap, 100, {});
   ASSERT_TRUE(estimate);

@@ -13,12 +13,12 @@
 namespace waymark::internal {
 namespace {
 
-constexpr double kResiduals = 8;  // per observation
+constexpr double kResiduals = 8;  // for each observation
 
-/// Median of chi-square (Wilson and Hilferty, "The Distribution of Chi-Square", PNAS 17, 1931).
+/// The median of chi-square (Wilson and Hilferty, "The Distribution of Chi-Square", PNAS 17, 1931).
 double median_chi2(double dof) { return dof * std::pow(1 - 2 / (9 * dof), 3); }
 
-/// The redundancy used up by a term's base and tag: trace(J P J^T).
+/// The part of a term's redundancy that its base and tag poses use up: trace(J P J^T).
 double used_up(const CornerTerm& term, const Bundle& bundle, const BundleCovariance& P,
                const Matrix6& P_rig_tag) {
   CornerJacobians J;
@@ -50,7 +50,7 @@ std::vector<double> redundancy_of(const LapBundle& lap) {
 
 double noise_ratio(const std::vector<double>& chi2, const std::vector<double>& redundancy) {
   constexpr std::size_t kMinRatios = 50;
-  constexpr double kMinRedundancy = 2;  // a tag alone in its frame has hardly any
+  constexpr double kMinRedundancy = 2;  // a tag that is alone in its frame has hardly any redundancy
   std::vector<double> ratios;
   for (std::size_t i = 0; i < chi2.size(); ++i) {
     if (std::isfinite(chi2[i]) && redundancy[i] > kMinRedundancy)
@@ -76,12 +76,12 @@ void scale_noise(Bundle& bundle, double ratio) {
 namespace waymark {
 namespace {
 
-/// Consecutive odometry terms, from the first to before the last.
+/// A run of consecutive odometry terms; its last index is exclusive.
 struct TermRun {
   std::size_t first = 0, last = 0;
 };
 
-/// Runs of terms with at least this duration; with 0, each term is a run.
+/// Divides the terms into runs of at least this duration. If it is 0, each term is a run of its own.
 std::vector<TermRun> term_runs(const std::vector<OdometryTerm>& odometry, double min_s) {
   std::vector<TermRun> result;
   for (std::size_t i = 0; i < odometry.size();) {
@@ -97,7 +97,7 @@ std::vector<TermRun> term_runs(const std::vector<OdometryTerm>& odometry, double
   return result;
 }
 
-/// Scaled odometry of a run as one motion, with the noise of independent errors.
+/// The scaled odometry of a run as a single motion, with the noise that results from independent errors.
 OdometryFactor joined(const Bundle& bundle, const TermRun& stretch) {
   SE2 motion;
   Eigen::Vector3d variance = Eigen::Vector3d::Zero();
@@ -109,7 +109,7 @@ OdometryFactor joined(const Bundle& bundle, const TermRun& stretch) {
   return {motion, variance.cwiseSqrt().cwiseInverse().asDiagonal()};
 }
 
-/// Expected mean squares of the whitened residuals, including the uncertainty of the poses.
+/// The expected mean squares of the whitened residuals, including the uncertainty of the poses.
 Eigen::Vector3d expected_squares(const Bundle& bundle, const std::vector<TermRun>& stretches) {
   std::vector<std::pair<PoseIndex, PoseIndex>> pairs;
   for (const TermRun& s : stretches)
@@ -133,7 +133,7 @@ Eigen::Vector3d expected_squares(const Bundle& bundle, const std::vector<TermRun
 OdometryNoise fit_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress) {
   constexpr int kRounds = 15;
   constexpr double kConverged = 0.03;
-  constexpr double kOverRelaxation = 1.8;  // steps of the method are short, but in the right direction
+  constexpr double kOverRelaxation = 1.8;  // steps of the EM method are too short, but in the right direction
   constexpr double kRun_s = 0.5;
   constexpr std::size_t kMinRuns = 30;
   OdometryNoise noise = OdometryNoise::Ones();
@@ -156,7 +156,7 @@ OdometryNoise fit_odometry_noise(LapBundle& lap, int max_iterations, const Bundl
 
 namespace {
 
-/// Distance and rotation of odometry up to a time.
+/// Distance and rotation by odometry up to a given time.
 struct Driven {
   SensorTime stamp{};
   double way_m = 0;
@@ -192,12 +192,12 @@ std::optional<Driven> at(const std::vector<Driven>& sums, SensorTime stamp) {
                 a.turned_rad + share * (b.turned_rad - a.turned_rad)};
 }
 
-/// One second of a drive in a trajectory and in odometry.
+/// One second of a drive, according to a trajectory and to odometry.
 struct Stretch {
   double lasts_s = 0;
   double way_m = 0;
   double odometry_rad = 0;  ///< rotation by odometry
-  double turned_rad = 0;    ///< by the trajectory, modulo whole turns
+  double turned_rad = 0;    ///< rotation by the trajectory, modulo whole turns
 };
 
 std::vector<Stretch> stretches_between(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
@@ -280,7 +280,7 @@ std::optional<double> turn_scale_sigma(const Trajectory& trajectory, const std::
   const double determinant = A.determinant();
   const double correlation = A(0, 1) / std::sqrt(A(0, 0) * A(1, 1));
   if (!(determinant > 0) || !(std::abs(correlation) > kMinCorrelation)) return std::nullopt;
-  const Eigen::Vector2d x = A.ldlt().solve(b);  // odometry turn over true turn, and rate error
+  const Eigen::Vector2d x = A.ldlt().solve(b);  // ratio of odometry turns to true turns, and the rate error
   const double left_over = std::max(0.0, squares - b.dot(x)) / static_cast<double>(stretches.size() - 2);
   const double sigma = std::sqrt(left_over * A(1, 1) / determinant);
   return sigma / (x[0] * x[0]);

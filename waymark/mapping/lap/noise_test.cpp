@@ -1,5 +1,5 @@
-// Corner noise of a lap from residuals, even if the fit uses up half of every observation. Odometry noise
-// estimated from known poses and from tags.
+// Tests the corner noise that is estimated from the residuals of a lap, even if the fit uses up half of every
+// observation. Tests the odometry noise estimated from known poses and from tags.
 #include "waymark/mapping/lap/noise.hpp"
 
 #include <cmath>
@@ -24,7 +24,7 @@ CameraModel lens() {
       .value();
 }
 
-/// A camera that moves along a wall of tags and observes only the nearest two. All poses are true.
+/// A camera that moves along a wall of tags and observes only the nearest two. All poses are the true ones.
 LapBundle walk(int frames) {
   constexpr int kTagsOfWall = 10;
   LapBundle lap;
@@ -105,7 +105,7 @@ TEST(CornerNoise, IsOneForTooFewObservations) {
 constexpr double kSigma_m = 0.002;
 constexpr double kSigma_rad = 0.004;
 
-/// Known poses along a bend, and odometry with `times` the assumed noise.
+/// Known poses along a bend, and odometry whose noise is `times` the assumed noise.
 LapBundle known_poses(const Eigen::Vector3d& times, std::uint64_t seed, int steps = 1500) {
   Random random(seed);
   LapBundle lap;
@@ -123,7 +123,7 @@ LapBundle known_poses(const Eigen::Vector3d& times, std::uint64_t seed, int step
     lap.bundle.odometry.push_back({before, here, 0, factor});
     before = here;
   }
-  // One free pose, so that the problem has an unknown.
+  // One pose is free, so that the problem has an unknown.
   const PoseIndex loose = lap.bundle.add({});
   lap.bundle.priors.push_back({loose, {{}, Matrix6::Identity()}});
   return lap;
@@ -135,7 +135,7 @@ TEST(OdometryNoise, IsOneForCorrectAssumptions) {
   EXPECT_LT((noise - OdometryNoise::Ones()).cwiseAbs().maxCoeff(), 0.12);
 }
 
-/// Over half a second, turn errors also move a robot sideways, which is included in the lateral noise.
+/// Over half a second, turn errors also move a robot sideways; this is included in the lateral noise.
 TEST(OdometryNoise, IsEstimatedForEachDirection) {
   for (const Eigen::Vector3d& times :
        {Eigen::Vector3d(3, 1, 1), Eigen::Vector3d(1, 2, 2), Eigen::Vector3d(0.4, 0.5, 0.3)}) {
@@ -143,7 +143,7 @@ TEST(OdometryNoise, IsEstimatedForEachDirection) {
     const OdometryNoise noise = fit_odometry_noise(lap, 50);
     for (Eigen::Index k = 0; k < 3; ++k)
       EXPECT_NEAR(noise[k] / times[k], 1, 0.2) << k << " of " << times.transpose();
-    // Odometry is weighted by it from now on.
+    // From now on, odometry is weighted according to the estimated noise.
     const Eigen::Vector3d weight = lap.bundle.odometry.front().factor.whitening.diagonal();
     const Eigen::Vector3d was(1 / kSigma_m, 1 / kSigma_m, 1 / kSigma_rad);
     EXPECT_LT((weight.cwiseProduct(noise) - was).norm(), 1e-6 * was.norm());
@@ -162,7 +162,7 @@ TEST(OdometryNoise, PersistentErrorsCountOverHalfASecond) {
     factor.measured = SE2::exp(measured);
   }
   const OdometryNoise noise = fit_odometry_noise(lap, 50);
-  // Five steps with equal errors have five times the error of one, not the square root of five times.
+  // Five steps with equal errors have five times the error of one step, instead of sqrt(5) times.
   EXPECT_GT(noise[1], 1.4);
   EXPECT_LT(noise[1], 2.8);
   EXPECT_LT(noise[0], 0.5) << "no longitudinal error";
@@ -193,7 +193,8 @@ TEST(OdometryNoise, StopsOnRequest) {
   EXPECT_EQ(asked, 1) << "no search after the stopped one";
 }
 
-/// A minute of bends. Odometry turns are `1 / scale` times the true ones, plus a random walk of the heading.
+/// One minute of driving along bends. Odometry turns are `1 / scale` times the true ones, plus a random walk
+/// of the heading.
 struct Drive {
   Trajectory trajectory{};
   std::vector<Matrix6> covariance{};
@@ -253,7 +254,7 @@ TEST(TurnNoise, TheTurnScaleErrorIsConsistentWithItsSigma) {
   }
 }
 
-/// Bends to the left only, with a rate variation of `share`; the odometry rate has a wandering error.
+/// Bends to the left only, at a rate that varies by `share`; the odometry rate has a wandering error.
 Drive one_sided(double share, std::uint64_t seed) {
   constexpr double kDt_s = 0.02;
   Drive made;

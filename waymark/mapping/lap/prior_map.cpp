@@ -28,7 +28,7 @@ Matrix8 by_corners_of(const CornerTerm& term, const Eigen::Matrix<double, 8, 6>&
                       const SE3& map_T_tag) {
   const Eigen::Matrix<double, 3, 2> plane = map_T_tag.rotation().matrix().leftCols<2>();
   Matrix8 J = Matrix8::Zero();
-  // A displacement of one corner has the same effect on it as a displacement of the whole tag.
+  // Displacing one corner has the same effect on that corner as displacing the whole tag.
   for (Eigen::Index c = 0; c < 8; c += 2) J.block<2, 2>(c, c) = plain.block<2, 3>(c, 0) * plane;
   return term.factor.whitening * J;
 }
@@ -64,10 +64,11 @@ std::map<PoseIndex, Matrix6> covariance_of_print(const Bundle& bundle, double si
 
 namespace {
 
-/// Share of the common covariance that is used, so that the remainder of each tag stays invertible.
+/// Only this share of the common covariance is used, so that the remaining covariance of each tag stays
+/// invertible.
 constexpr double kCommonShare = 0.9;
 
-/// S min(I, D) S^T.
+/// Computes S min(I, D) S^T.
 Matrix6 smaller_of(const Matrix6& a, const Matrix6& b) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> both(b, a);  // b v = d a v, V^T a V = I
   if (both.info() != Eigen::Success) return Matrix6::Zero();
@@ -99,7 +100,7 @@ void move_all(const SE3& new_T_old, LapBundle& lap) {
   }
 }
 
-/// Adds a pose for each tag of the prior map; for an unmoved tag it is that of the lap's tag.
+/// Adds a pose for each tag in the prior map; for an unmoved tag, the pose of the lap's tag is used.
 void add_places(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
   const std::set<TagId> agreeing(tied.agreeing.begin(), tied.agreeing.end());
   for (const auto& [id, tag] : prior.map.tags) {
@@ -128,11 +129,11 @@ void use_prior_floor(const LapPrior& prior, LapBundle& lap) {
   }
 }
 
-/// Adds the information of the prior map, once each of its tags has a pose.
+/// Adds the information from the prior map. Each of its tags must already have a pose.
 void add_terms(const LapPrior& prior, LapBundle& lap, const TiedPrior& tied) {
   const Matrix6 slack = 1e-10 * Matrix6::Identity();
   const Matrix6 common = kCommonShare * common_covariance(prior.map);
-  const PoseIndex old = lap.bundle.add({});  // pose of the prior map's frame in the map
+  const PoseIndex old = lap.bundle.add({});  // pose of the prior map's frame in the new map
   lap.bundle.priors.push_back({old, {{}, whitening_of(Matrix6(common + 1e-12 * Matrix6::Identity()))}});
   for (const auto& [id, tag] : prior.map.tags) {
     if (!tag.covariance || lap.bundle.poses[tied.before.at(id)].fixed) continue;
@@ -172,8 +173,8 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
         ErrorCode::NotFound, "the lap does not fit the map to be extended: no two tags agree", {},
         "Check that the lap was recorded at this place. `waymark map LAP prior=MAP` maps it separately "
         "and compares both maps.");
-  // If the prior map is from laps and the anchor is unmoved, both maps are in one frame, and their
-  // covariances bound the distances. An alignment by all tags would hide errors.
+  // If the prior map was made from laps and the anchor is unmoved, both maps are in the same frame, and their
+  // covariances bound the distances. An alignment using all tags would hide errors.
   if (is_measured(prior.map) || !is_unmoved(*comparison, anchor))
     move_all(comparison->map_T_prior.inverse(), lap);
   TiedPrior tied{.comparison = *comparison};
@@ -181,7 +182,7 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   add_places(prior, lap, tied);
   add_terms(prior, lap, tied);
   use_prior_floor(prior, lap);
-  // The lap's anchor was fixed at its pose in the prior map; from now on it is a normal tag.
+  // The lap's anchor was fixed at its pose in the prior map; from now on, it is an ordinary tag.
   for (const auto& [id, index] : lap.tags) {
     if (std::ranges::find(tied.agreeing, id) == tied.agreeing.end()) lap.bundle.poses[index].fixed = false;
   }
@@ -208,7 +209,7 @@ TiePairs pairs_to_tie(const LapInput& input, const LapBundle& lap, const std::op
 
 namespace {
 
-/// Error of a printed corner: paper, glue and the systematic error of the detector.
+/// The position error of a printed corner due to paper, glue and the systematic error of the detector.
 constexpr double kPrinted_m = 0.0005;
 constexpr double kMaxDistance_m = 0.5;
 
@@ -220,8 +221,8 @@ Matrix6 print_of(const Matrices& printed, const LapBundle& lap, const TagId& tag
   return at != printed.end() ? at->second : Matrix6::Zero();
 }
 
-/// Squared distance of a tag pose in the lap, with covariance `P`, from its pose in the map, whitened by both
-/// uncertainties.
+/// The squared distance between a tag's pose in the lap, with covariance `P`, and its pose in the map,
+/// whitened by both uncertainties.
 double distance2(const SE3& map_T_tag, const Matrix6& P, const MappedTag& before) {
   const Matrix6 slack = 1e-6 * Matrix6::Identity();  // 1 mm, 1 mrad
   const Vector6 off = minus(map_T_tag, before.map_T_tag);
@@ -249,7 +250,7 @@ void write_messages(const LapPrior& prior, const LapBundle& lap, TiedPrior& tied
   }
 }
 
-/// Applies the prior map's term for a tag to this pose from now on.
+/// Makes the prior map's term for a tag apply to this pose from now on.
 void attach_prior(PoseIndex pose, const TagId& tag, LapBundle& lap, TiedPrior& tied) {
   for (RelativeTerm& term : lap.bundle.relatives) term.b = term.b == tied.before.at(tag) ? pose : term.b;
   tied.before[tag] = pose;
@@ -271,7 +272,7 @@ bool tie_more(const LapPrior& prior, const Matrices& printed, const BundleCovari
     BundlePose& pose = lap.bundle.poses[own];
     pose.fixed = is_held(prior, tag, *prior.map.find(tag));
     if (pose.fixed) pose.value = prior.map.find(tag)->map_T_tag;
-    lap.bundle.poses[tied.before.at(tag)].fixed = true;  // it has no terms any more
+    lap.bundle.poses[tied.before.at(tag)].fixed = true;  // no term depends on it any more
     attach_prior(own, tag, lap, tied);
     tied.agreeing.push_back(tag);
   }
@@ -280,8 +281,8 @@ bool tie_more(const LapPrior& prior, const Matrices& printed, const BundleCovari
   return more;
 }
 
-/// The same for a tied tag according to the lap and other tags, without the information of its prior. 0 if no
-/// information remains.
+/// The same distance for a tied tag, using its pose according to the lap and the other tags, without the
+/// information from its prior. Returns 0 if no information remains.
 double distance2_without(const TagId& tag, const MappedTag& before, const Matrix6& of_print,
                          const BundleCovariance& known, const LapBundle& lap) {
   const PoseIndex pose = lap.tags.at(tag);
@@ -329,7 +330,8 @@ bool is_unmoved(const MapComparison& comparison, const TagId& tag) {
 
 void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& lap, const TagId& anchor,
                    const BundleCovariance& known, TiedPrior& tied) {
-  // The lap uses the anchor pose of the prior map, whose error moves all other tags, distant ones more.
+  // The lap uses the anchor pose from the prior map. Its error moves all other tags, and distant ones more
+  // than near ones.
   const MappedTag* anchor_tag = prior.map.find(anchor);
   const Matrix6 of_anchor =
       anchor_tag != nullptr ? anchor_tag->covariance.value_or(Matrix6::Zero()) : Matrix6::Zero();
@@ -355,7 +357,7 @@ bool revise_agreement(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
     const Matrices printed = covariance_of_print(lap.bundle, kPrinted_m);
     changed = tie_more(prior, printed, known, lap, tied) || untie_worst(prior, printed, known, lap, tied);
   }
-  write_messages(prior, lap, tied);  // with the current poses
+  write_messages(prior, lap, tied);  // using the current poses
   return changed;
 }
 

@@ -1,5 +1,6 @@
-// The pose errors of tags with inaccurately printed corners are consistent with the stated covariance. Then a
-// lap tied to an existing map: common errors of the map's tags, unmoved tags, and fixed tags.
+// Tests that the pose errors of tags with inaccurately printed corners are consistent with the stated
+// covariance. Then tests a lap that is tied to an existing map: common errors of the map's tags, unmoved
+// tags, and fixed tags.
 #include "waymark/mapping/lap/prior_map.hpp"
 
 #include <array>
@@ -51,7 +52,7 @@ Pass pass(std::uint64_t seed) {
     const SE3 map_T_cam(SO3::exp({0.05, 0.02 * i, 0}), {-0.4 + 0.02 * i, 0.1, -1.8 + nearer_m});
     CornerTerm term{.rig = bundle.add(map_T_cam, true), .cam = mounting, .body = map, .tag = made.tag};
     term.factor.size_m = kSize_m;
-    term.factor.whitening *= 5;  // sigma of a fifth of a pixel
+    term.factor.whitening *= 5;  // a sigma of a fifth of a pixel
     for (std::size_t c = 0; c < 4; ++c)
       term.factor.corners_px.at(c) = *bundle.cameras[0].project(map_T_cam.inverse() * printed.at(c));
     bundle.corners.push_back(term);
@@ -96,7 +97,7 @@ double smallest_eigenvalue(const Matrix6& P) {
   return Eigen::SelfAdjointEigenSolver<Matrix6>(P, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
 }
 
-/// A map from laps: an exact anchor, the other tags with covariances.
+/// A map made from laps: the anchor is exact, and the other tags have covariances.
 TagMap map_of_laps(std::uint64_t seed, int tags) {
   Random random(seed);
   TagMap map;
@@ -126,7 +127,7 @@ TEST(CommonCovariance, IsNoLargerThanThatOfAnyTag) {
 TEST(CommonCovariance, FollowsTheFrame) {
   const SE3 by(SO3::exp({0.3, -0.2, 1}), {2, -1, 0.5});
   const Matrix6 Ad = by.adjoint();
-  TagMap map = map_of_laps(3, 2);  // with two tags the order does not matter
+  TagMap map = map_of_laps(3, 2);  // with two tags, the order does not matter
   const Matrix6 here = common_covariance(map);
   for (auto& [id, tag] : map.tags) {
     if (tag.covariance) tag.covariance = Matrix6(Ad * *tag.covariance * Ad.transpose());
@@ -260,7 +261,7 @@ TEST(TieToPrior, RejectsAMapOfAnotherPlaceWithAHint) {
   TagMap renamed;
   for (const auto& [id, tag] : strangers.prior.map.tags) renamed.tags[ring_tag(100 + id.number)] = tag;
   strangers.prior.map = renamed;
-  EXPECT_FALSE(strangers.tie()) << "no tag in common";
+  EXPECT_FALSE(strangers.tie()) << "the maps have no tag in common";
 }
 
 TEST(TieToPrior, AnInconsistentTagOfAMeasuredMapIsUntied) {

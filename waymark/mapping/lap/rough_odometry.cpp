@@ -14,7 +14,7 @@
 namespace waymark::internal {
 namespace {
 
-/// Motion of the base within a short time according to tags, odometry and gyro.
+/// Motion of the base within a short time window according to tags, odometry and the gyro.
 struct Window {
   double duration_s = 0;
   SE2::Tangent tags = SE2::Tangent::Zero();
@@ -22,7 +22,7 @@ struct Window {
   std::optional<double> gyro_rad{};
 };
 
-/// Motion of the base between two frames according to their common tags: medians over the tags.
+/// Motion of the base between two frames according to their common tags, computed as medians over the tags.
 std::optional<SE2::Tangent> motion_by_tags(const FloorFrame& from, const FloorFrame& to) {
   std::vector<double> x;
   std::vector<double> y;
@@ -41,7 +41,7 @@ std::optional<SE2::Tangent> motion_by_tags(const FloorFrame& from, const FloorFr
   return SE2::Tangent(median(std::move(x)), median(std::move(y)), median(std::move(turn)));
 }
 
-/// The frames of each camera; a window starts and ends with the same camera.
+/// The frames from each camera; a window starts and ends with a frame from the same camera.
 std::vector<std::vector<ObservedFrame>> by_camera(const LapInput& lap,
                                                   const std::vector<ObservedFrame>& observed) {
   std::vector<std::vector<ObservedFrame>> cameras(1 + lap.more_cameras.size());
@@ -83,16 +83,16 @@ std::vector<Window> windows_of(const LapInput& lap, const std::vector<ObservedFr
   return windows;
 }
 
-/// Pairs of a measured value and the true value.
+/// Pairs of a measured value and the corresponding true value.
 using Pairs = std::vector<std::pair<double, double>>;
 
-/// The factor with the least absolute deviations; empty if the pairs do not determine it.
+/// The factor that minimises the absolute deviations; empty if the pairs do not determine it.
 std::optional<double> scale_of(const Pairs& pairs, double min_sum) {
   constexpr std::size_t kMinPairs = 30;
   constexpr double kOverlap = 10;  // one-second windows start at every frame and are not independent
   constexpr double kMaxSigma = 0.1;
   double sum = 0;
-  std::vector<std::pair<double, double>> ratios;  // and weights
+  std::vector<std::pair<double, double>> ratios;  // ratios and their weights
   for (const auto& [odometry, truth] : pairs) {
     if (odometry == 0) continue;
     ratios.emplace_back(truth / odometry, std::abs(odometry));
@@ -120,17 +120,17 @@ double median_off(const Pairs& pairs, double scale) {
   return off.empty() ? 0 : median(std::move(off));
 }
 
-constexpr double kMinTurn_rad = 6;  // sum over all windows, which overlap
+constexpr double kMinTurn_rad = 6;  // total over all windows, which overlap
 constexpr double kMinDistance_m = 5;
 
-/// A gyro: true turn = scale * measured turn - bias * time.
+/// A gyro model: true turn = scale * measured turn - bias * time.
 struct Gyro {
   double scale = 1, bias_rad_s = 0;
   double off_rad = 0;  ///< median absolute residual
 };
 
-/// Least absolute deviations by iteratively reweighted least squares. Scale and bias are estimated together,
-/// because on a course with bends mostly to one side they are strongly correlated.
+/// Minimises absolute deviations by iteratively reweighted least squares. Scale and bias are estimated
+/// together, because on a course with bends mostly to one side they are strongly correlated.
 std::optional<Gyro> fit_gyro(const std::vector<Window>& windows) {
   constexpr int kRounds = 30;
   constexpr double kMinResidual_rad = 1e-3;
@@ -162,7 +162,7 @@ std::optional<Gyro> fit_gyro(const std::vector<Window>& windows) {
   return gyro;
 }
 
-/// The odometry motions in order, each modified by `change`.
+/// Odometry made up of the original motions in order, each modified by `change`.
 template <class Change>
 std::vector<Odometry> with_changed_motions(const std::vector<Odometry>& odometry, const Change& change) {
   std::vector<Odometry> result;
@@ -200,7 +200,7 @@ void find_gaps(const std::vector<Odometry>& odometry, const GyroTrack& gyro, Rou
 }  // namespace
 
 RoughOdometry rough_odometry(const LapInput& lap, const std::vector<ObservedFrame>& observed) {
-  constexpr double kMaxLogScale = 0.2;  // the bundle estimates smaller scale errors
+  constexpr double kMaxLogScale = 0.2;  // the bundle itself can estimate smaller scale errors
   constexpr double kMaxErrorRatio = 0.7;
   RoughOdometry rough{.odometry = lap.odometry};
   const std::vector<Window> windows = windows_of(lap, observed);

@@ -1,4 +1,4 @@
-// Scales of odometry and gyro from motions past tags, without a map.
+// Tests the scales of odometry and gyro estimated from motions past tags, without a map.
 #include "waymark/mapping/lap/rough_odometry.hpp"
 
 #include <cmath>
@@ -18,14 +18,14 @@ RoughOdometry rough(const RingDrive& drive) { return rough_odometry(drive.lap, o
 
 /// Adds a gyro at 50 Hz that measures the true rate times a scale, plus a bias.
 void add_gyro(RingDrive& drive, double scale, double bias_rad_s) {
-  constexpr double kRate_rad_s = 0.5;  // 0.5 m/s on a circle of 1 m
+  constexpr double kRate_rad_s = 0.5;  // 0.5 m/s on a circle with a radius of 1 m
   const SensorTime end = drive.lap.frames.back().stamp;
   for (SensorTime at = drive.lap.frames.front().stamp; at <= end; at += std::chrono::milliseconds(20))
     drive.lap.imu.push_back(
         {.stamp = at, .angular_velocity_rad_s = {0, 0, kRate_rad_s / scale + bias_rad_s}});
 }
 
-/// The whole motion of the odometry.
+/// The total motion according to odometry.
 SE2 motion_of(const std::vector<Odometry>& odometry) {
   return odometry.front().odom_T_base.inverse() * odometry.back().odom_T_base;
 }
@@ -52,7 +52,7 @@ TEST(RoughOdometry, LargeScaleErrorsAreCorrected) {
       EXPECT_NEAR(found.distance * odometry_distance, 1, 0.02) << odometry_distance << " " << odometry_yaw;
       EXPECT_NEAR(found.yaw * odometry_yaw, 1, 0.02) << odometry_distance << " " << odometry_yaw;
       ASSERT_EQ(found.odometry.size(), drive.lap.odometry.size());
-      // Each step equals the driven one.
+      // Each step equals the true motion.
       for (std::size_t i = 1; i < found.odometry.size(); i += 17) {
         const SE2 step = found.odometry[i - 1].odom_T_base.inverse() * found.odometry[i].odom_T_base;
         EXPECT_LT((step.log() - SE2::Tangent(0.05, 0, 0.05)).norm(), 0.02 * 0.05 * 2) << i;
@@ -86,9 +86,9 @@ TEST(RoughOdometry, AGyroReplacesTurnsOfSkiddingWheels) {
   const SE2 truth = drive.way.front().inverse() * drive.way.back();
   const double off = (truth.inverse() * motion_of(found.odometry)).yaw();
   const double before = (truth.inverse() * motion_of(drive.lap.odometry)).yaw();
-  EXPECT_LT(std::abs(off), 0.15) << "of 12.6 rad";
+  EXPECT_LT(std::abs(off), 0.15) << "the total turn is 12.6 rad";
   EXPECT_LT(std::abs(off), std::abs(before) + 0.05);
-  // Steps are smooth, unlike those of the odometry.
+  // The steps are smooth, unlike those of the odometry.
   double rough_steps = 0;
   double wheel_steps = 0;
   for (std::size_t i = 1; i < found.odometry.size(); ++i) {

@@ -17,12 +17,12 @@ double log_determinant(const Matrix6& P) {
   return 2 * llt.matrixLLT().diagonal().array().log().sum();
 }
 
-/// C P^-1.
+/// The gain C P^-1.
 Matrix6 gain_of(const Matrix6& C, const Matrix6& P) {
   return (P + kSlack).llt().solve(C.transpose()).transpose();
 }
 
-/// Mutual information of two tags [nat].
+/// Mutual information between two tags [nat].
 double mutual_information(const Matrix6& P_a, const Matrix6& P_b, const Matrix6& P_ab) {
   const Matrix6 rest = P_a - gain_of(P_ab, P_b) * P_ab.transpose() + kSlack;
   return (log_determinant(P_a + kSlack) - log_determinant(rest)) / 2;
@@ -30,7 +30,7 @@ double mutual_information(const Matrix6& P_a, const Matrix6& P_b, const Matrix6&
 
 struct TieBranch {
   TagId a{}, b{};
-  Matrix6 covariance = Matrix6::Zero();  ///< rows a, columns b
+  Matrix6 covariance = Matrix6::Zero();  ///< rows: a, columns: b
   double information = 0;
 };
 
@@ -63,7 +63,8 @@ void remove_tag(TagMap& map, const TagId& removed) {
   if (found == map.tags.end()) return;
   const MappedTag gone = found->second;
   map.tags.erase(found);
-  std::optional<TagTie> instead = gone.tie;  // between the removed tag and the new parent of its children
+  // The tie between the removed tag and the new parent of its children.
+  std::optional<TagTie> instead = gone.tie;
   for (auto& [id, tag] : map.tags) {
     if (!tag.tie || tag.tie->to != removed) continue;
     const Matrix6 to_gone = tag.tie->covariance;
@@ -127,7 +128,8 @@ void tie_tags(const TagPairs& pairs, const std::vector<Matrix6>& covariances, Ta
     branches.push_back({pairs[i].first, pairs[i].second, covariances[i],
                         mutual_information(*a->covariance, *b->covariance, covariances[i])});
   }
-  std::map<TagId, std::vector<std::pair<TagId, Matrix6>>> neighbours;  // (other, rows other, columns this)
+  // (other tag; rows: other tag, columns: this tag).
+  std::map<TagId, std::vector<std::pair<TagId, Matrix6>>> neighbours;
   for (const TieBranch& branch : best_tree(std::move(branches))) {
     neighbours[branch.a].emplace_back(branch.b, branch.covariance.transpose());
     neighbours[branch.b].emplace_back(branch.a, branch.covariance);

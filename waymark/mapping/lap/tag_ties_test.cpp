@@ -13,7 +13,7 @@ Matrix6 step() {
   return Q;
 }
 
-/// Each tag has the error of the previous one plus an independent one: P_jk = (min(j, k) + 1) Q.
+/// The error of each tag is that of the previous tag plus an independent error, so P_jk = (min(j, k) + 1) Q.
 TagMap chain_of_five() {
   TagMap map;
   internal::TagPairs pairs;
@@ -53,10 +53,10 @@ TEST(TagTies, RemovingATagKeepsTheOtherTies) {
   ASSERT_TRUE(after.tie);
   EXPECT_EQ(after.tie->to, tag(1));
   EXPECT_LT((after.tie->covariance - 2 * step()).norm(), 1e-9) << "the common error of 1 and 3 is that of 1";
-  remove_tag(map, tag(0));  // the root
+  remove_tag(map, tag(0));  // the root of the tree
   EXPECT_FALSE(map.find(tag(1))->tie);
   EXPECT_EQ(map.find(tag(3))->tie->to, tag(1));
-  remove_tag(map, tag(9));  // not in the map
+  remove_tag(map, tag(9));  // a tag that is not in the map
   EXPECT_EQ(map.tags.size(), 3U);
 }
 

@@ -15,7 +15,7 @@
 namespace waymark::internal {
 namespace {
 
-/// Odometry pose, distance driven and rotation, by time.
+/// Odometry pose, distance driven and rotation as functions of time.
 class SiteWheels {
  public:
   struct Moment {
@@ -57,7 +57,8 @@ double apart_m(const WheelObservation& before, const WheelObservation& now) {
   return (now.odom_p - before.odom_p).norm();
 }
 
-/// Largest apparent distance between two observations of a fixed tag after a short distance.
+/// The largest apparent distance between two observations of a fixed tag if the robot has driven only a short
+/// distance between them.
 double max_jump_soon_m(const WheelObservation& before, const WheelObservation& now) {
   constexpr double kBase_m = 0.1;
   constexpr double kPerDistance = 0.06;
@@ -67,7 +68,7 @@ double max_jump_soon_m(const WheelObservation& before, const WheelObservation& n
          kPerRadian * (now.turned_rad - before.turned_rad) * now.distance_m;
 }
 
-/// The same after a longer distance, of which the odometry error is at most a share.
+/// The same for a longer drive, over which the odometry error is at most a share of the distance.
 double max_jump_later_m(const WheelObservation& before, const WheelObservation& now) {
   constexpr double kBase_m = 1.0;
   constexpr double kPerMetre = 0.2;
@@ -75,7 +76,7 @@ double max_jump_later_m(const WheelObservation& before, const WheelObservation& 
   return std::min(max_jump_soon_m(before, now), long_way);
 }
 
-/// The admissible site that ends nearest to an observation.
+/// The admissible site whose last observation is nearest to an observation.
 template <class May>
 WheelSite* nearest(std::vector<WheelSite>& sites, const WheelObservation& now, const May& may) {
   WheelSite* best = nullptr;
@@ -96,8 +97,8 @@ void add_to_tracks(const WheelObservation& now, std::vector<WheelSite>& tracks) 
   track->seen.push_back(now);
 }
 
-/// Merges tracks of a tag that is observed again within the possible odometry error. Short tracks are misread
-/// ids and are dropped.
+/// Merges tracks if the tag is observed again within the possible odometry error. Short tracks are due to
+/// misread ids and are dropped.
 std::vector<WheelSite> joined(const std::vector<WheelSite>& tracks) {
   constexpr std::size_t kMinTrackLength = 8;
   constexpr double kMinPassDistance_m = 3.0;
@@ -119,7 +120,7 @@ std::vector<WheelSite> joined(const std::vector<WheelSite>& tracks) {
   return sites;
 }
 
-/// Mean of some observations of a site, and its variance.
+/// The mean of some of a site's observations, and the variance of this mean.
 struct SiteWindow {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   double variance_m2 = 0;
@@ -140,11 +141,12 @@ SiteWindow window(const WheelSite& site, std::size_t first, std::size_t count) {
   return w;
 }
 
-/// The observation from which a site is significantly displaced relative to just before.
+/// The first observation after which a site is significantly displaced relative to the observations just
+/// before.
 std::optional<std::size_t> jump_of(const WheelSite& site) {
   constexpr std::size_t kWindowLength = 8;
   constexpr double kMinJump_m = 0.05;
-  constexpr double kPerDistance = 0.015;  // the distance of small tags is inaccurate
+  constexpr double kPerDistance = 0.015;  // the distance to small tags is inaccurate
   constexpr double kPerMetre = 0.1;
   constexpr double kPerRadian = 0.15;
   constexpr double kSigmas = 5;
@@ -189,7 +191,7 @@ std::map<TagId, std::vector<WheelSite>> wheel_sites(const LapInput& lap,
   for (std::size_t f = 0; f < observed.size(); ++f) {
     const auto now = wheels.at(observed[f].stamp);
     if (!now) continue;
-    std::size_t next = 0;  // detections without a pose have no observation
+    std::size_t next = 0;  // there is no observation for detections without a pose
     const auto& detections = lap.frames[f].detections;
     for (std::size_t d = 0; d < detections.size() && next < observed[f].tags.size(); ++d) {
       const TagPoseObservation& seen = observed[f].tags[next];
@@ -215,20 +217,20 @@ std::map<TagId, std::vector<WheelSite>> wheel_sites(const LapInput& lap,
 namespace {
 
 using Sites = std::map<TagId, std::vector<WheelSite>>;
-constexpr std::size_t kMinObservationsOfASite = 8;  // fewer are misread ids
-constexpr double kSoon_m = 0.5;                     // odometry is accurate to a centimetre over this distance
+constexpr std::size_t kMinObservationsOfASite = 8;  // a smaller number is attributed to misread ids
+constexpr double kSoon_m = 0.5;  // over this distance, odometry is accurate to a centimetre
 
-/// Temporal relation of a site of a tag to its main site.
+/// How the observations of one of a tag's sites are related in time to those of its main site.
 enum class Second : std::uint8_t { ByTurns, Jumped, Later };
 
 struct DuplicateTag {
   const WheelSite* site = nullptr;
   Second how = Second::Later;
-  double driven_m = 0;  ///< at the jump
+  double driven_m = 0;  ///< distance driven at the time of the jump
 };
 
-/// Counts changes from one site to the other over a short distance, in the observations of both in order of
-/// time.
+/// Counts how often the observations of two sites, in chronological order, change from one site to the other
+/// within a short distance.
 DuplicateTag compare(const WheelSite& main, const WheelSite& other) {
   constexpr int kMinAlternations = 4;
   DuplicateTag second{.site = &other};
@@ -251,7 +253,7 @@ DuplicateTag compare(const WheelSite& main, const WheelSite& other) {
   return second;
 }
 
-/// Whether a site was observed just before and just after a moment.
+/// Whether a site was observed both just before and just after this point of the drive.
 bool steady(const WheelSite& site, double driven_m) {
   constexpr auto kMinObservationsAround = 4;
   const auto within = [&](double from, double to) {
@@ -280,7 +282,7 @@ std::vector<DuplicateTag> duplicate_tags_of(const Sites& all) {
   return result;
 }
 
-/// Whether more tags were stationary at that moment than jumped.
+/// Whether, at the time of the jump, more tags were stationary than jumped.
 bool alone_in_jumping(const DuplicateTag& jumped, const std::vector<DuplicateTag>& seconds,
                       const Sites& all) {
   const auto jumps = std::ranges::count_if(seconds, [&](const DuplicateTag& other) {
@@ -293,7 +295,7 @@ bool alone_in_jumping(const DuplicateTag& jumped, const std::vector<DuplicateTag
   return still > jumps;
 }
 
-/// Number of tags that were passed twice and observed at one place.
+/// The number of tags that were passed twice and observed in only one place.
 std::ptrdiff_t found_again(const Sites& all) {
   return std::ranges::count_if(all, [](const auto& of_tag) {
     const auto enough = [](const WheelSite& site) { return site.seen.size() >= kMinObservationsOfASite; };
@@ -344,7 +346,7 @@ std::vector<Hypothesis> poses_of(const TagPoseObservation& seen) {
   return poses;
 }
 
-/// Covariance of an odometry motion before its scales and the floor are estimated.
+/// Covariance of an odometry motion before the scales and the floor are estimated.
 Matrix6 covariance_of(const SE2& motion) {
   constexpr double kStep_m = 0.005;
   constexpr double kStep_rad = 0.01;
@@ -384,7 +386,7 @@ std::vector<ObservationIndex> unconfirmed_observations(const LapInput& lap,
   std::map<TagId, std::size_t> number;
   for (std::size_t f = 0; f < observed.size(); ++f) {
     const std::vector<TagDetection>& detections = lap.frames[f].detections;
-    std::size_t next = 0;  // detections without a pose have no observation
+    std::size_t next = 0;  // there is no observation for detections without a pose
     for (std::size_t d = 0; d < detections.size() && next < observed[f].tags.size(); ++d) {
       const TagPoseObservation& tag = observed[f].tags[next];
       if (detections[d].tag != tag.tag) continue;

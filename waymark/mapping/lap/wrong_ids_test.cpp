@@ -1,6 +1,6 @@
-// Ids at two places are detected by odometry alone on a drive along a wall. The unconfirmed observations of a
-// lap are misread ids and no correct ones. Maps of laps with misread ids are as accurate as without them, and
-// rejected ids are reported. WAYMARK_FULL=1 runs 10 seeds.
+// Tests that ids in two places are detected from odometry alone on a drive along a wall. The unconfirmed
+// observations of a lap must be those of misread ids only. Maps made from laps with misread ids must be as
+// accurate as those made without them, and rejected ids must be reported. WAYMARK_FULL=1 runs 10 seeds.
 #include "waymark/mapping/lap/wrong_ids.hpp"
 
 #include <algorithm>
@@ -35,7 +35,8 @@ CameraModel lens() {
       .value();
 }
 
-/// Drives 9 m along x and back, past a tag every half metre. Single poses have errors of a centimetre.
+/// A drive of 9 m along x and back, past a tag every half metre. Individual poses have errors of a
+/// centimetre.
 struct Drive {
   LapInput lap{.camera = lens()};
   std::vector<ObservedFrame> observed{};
@@ -105,7 +106,7 @@ TEST(DuplicateTags, FixedTagsHaveNone) {
 TEST(DuplicateTags, TwoTagsWithOneIdInAlternation) {
   Drive drive;
   const int copies = drive.observations(tag(6));
-  drive.rename(tag(6), tag(5));  // half a metre apart
+  drive.rename(tag(6), tag(5));  // the tags are half a metre apart
   const auto second = drive.second();
   EXPECT_NEAR(static_cast<double>(second.size()), copies, 0.05 * copies);
   const LapInput rest = internal::without(drive.lap, second);
@@ -120,7 +121,7 @@ TEST(DuplicateTags, TwoTagsWithOneIdInAlternation) {
 
 TEST(DuplicateTags, ATagMovedInView) {
   Drive drive;
-  const int moment = 200;  // of 125 to 275, on the outward drive
+  const int moment = 200;  // the tag is visible from 125 to 275 on the outward drive
   drive.move(tag(8), moment, kFrames, {0.1, 0.08});
   const auto second = drive.second();
   EXPECT_EQ(static_cast<int>(second.size()), drive.observations(tag(8), 0, moment))
@@ -139,7 +140,7 @@ TEST(DuplicateTags, DistantPlacesCountIfOdometryFindsOtherTagsAgain) {
   const int fewer = std::min(drive.observations(tag(1)), drive.observations(tag(16)));
   drive.rename(tag(16), tag(1));
   EXPECT_EQ(static_cast<int>(drive.second().size()), fewer);
-  Drive slipping;  // all tags are displaced on the drive back
+  Drive slipping;  // all tags are displaced on the way back
   for (int number = 0; number < 18; ++number) slipping.move(tag(number), kFrames / 2 + 80, kFrames, {0, 6});
   EXPECT_LT(slipping.second().size(), 100U);
 }
@@ -172,7 +173,8 @@ std::vector<ObservationIndex> unconfirmed(const RingDrive& drive) {
   return unconfirmed_observations(drive.lap, observed_frames(drive.lap));
 }
 
-/// Gives a share of the detections the id of another tag of the ring; returns them.
+/// Replaces the ids of a share of the detections with ids of other tags on the ring, and returns these
+/// detections.
 std::set<ObservationIndex> misread(RingDrive& drive, double share, std::uint64_t seed) {
   Random random(seed);
   std::set<ObservationIndex> wrong;
@@ -255,13 +257,14 @@ struct LapErrors {
   double seconds = 0;
 };
 
-/// A lap with odometry past this many tags.
+/// A lap past this many tags, with odometry.
 test::Warehouse lap_past(int tags, int seed) {
   return test::drive_warehouse(
       {.tags = tags, .frame_m = 0.0395, .farthest_m = 5.9, .seed = static_cast<std::uint64_t>(seed)});
 }
 
-/// Replaces the id of this share of the detections with another id of the map or any id of the family.
+/// Replaces the ids of this share of the detections with other ids from the map or arbitrary ids from the
+/// family.
 std::size_t misread(LapInput& lap, int ids, double share, int seed) {
   constexpr std::uint64_t kFamily = 48000;
   Random random(static_cast<std::uint64_t>(seed));
@@ -284,7 +287,7 @@ std::size_t misread(LapInput& lap, int ids, double share, int seed) {
 
 struct LapOutcome {
   LapErrors of{};
-  std::size_t absent = 0;  ///< tags in the map that do not exist
+  std::size_t absent = 0;  ///< number of tags in the map that do not exist
   std::vector<std::string> warnings{};
 };
 

@@ -7,14 +7,15 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kNeighbourViews = 10;  // views before and after in which nearby tags are searched
-constexpr double kMinOldRatio = 100;         // chi2 with the id read, as a multiple of the outlier gate
-constexpr double kMaxNewRatio = 4;           // chi2 with the new id; gated again once poses have moved
-constexpr double kMinNextRatio = 100;        // chi2 with the next best id
+// Nearby tags are searched for in this many views before and after.
+constexpr std::size_t kNeighbourViews = 10;
+constexpr double kMinOldRatio = 100;   // chi2 with the id as read, as a multiple of the outlier gate
+constexpr double kMaxNewRatio = 4;     // chi2 with the new id; it is gated again once poses have moved
+constexpr double kMinNextRatio = 100;  // chi2 with the next best id
 
-/// A tag that an observation may show, with the best order of the corners.
+/// A tag that an observation may actually show, with the best order of its corners.
 struct Candidate {
-  std::size_t like = 0;  ///< an observation of that tag
+  std::size_t like = 0;  ///< an observation of this tag
   CornerFactor factor{};
   double chi2 = std::numeric_limits<double>::infinity();
 };
@@ -57,7 +58,7 @@ class Corrector {
     });
   }
 
-  /// One observation for each tag of the same body that is in use in nearby views and absent from this view.
+  /// One observation for each tag on the same body that is in use in nearby views and absent from this view.
   [[nodiscard]] std::vector<std::size_t> tags_around(std::size_t i) const {
     const SceneObservation& at = map_.observations.seen[i];
     const auto& views = views_[at.camera];
@@ -134,7 +135,7 @@ class Corrector {
 
   SceneMap& map_;
   double gate_;
-  std::vector<std::vector<std::vector<std::size_t>>> views_;  ///< observations by camera and frame
+  std::vector<std::vector<std::vector<std::size_t>>> views_;  ///< observations for each camera and frame
 };
 
 }  // namespace

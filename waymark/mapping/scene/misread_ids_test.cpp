@@ -1,4 +1,5 @@
-// Observations with the id of another tag are assigned to the tag at their position if that is unambiguous.
+// Tests that observations with the id of another tag are assigned to the tag at their position if that tag is
+// unambiguous.
 #include "waymark/mapping/scene/misread_ids.hpp"
 
 #include <algorithm>
@@ -17,7 +18,7 @@ using test::true_scene_map;
 
 constexpr double kGate = 26;
 
-/// A scene with one frame in the middle that shows at least three tags.
+/// A scene in which a frame in the middle shows at least three tags.
 struct MisreadScene {
   RigScene made = rig_scene();
   std::size_t frame = 0;
@@ -29,13 +30,13 @@ struct MisreadScene {
     is = detections()[1].tag;
   }
   std::vector<TagDetection>& detections() { return made.recording.frames[frame].views[0].detections; }
-  /// A tag of the wall that is not in the frame.
+  /// A tag on the wall that is not in the frame.
   TagId absent() {
     for (std::size_t number = 0;; ++number) {
       if (std::ranges::count(detections(), rig_tag(number), &TagDetection::tag) == 0) return rig_tag(number);
     }
   }
-  /// The map after this observation was rejected.
+  /// The map as it is after this observation has been rejected.
   SceneMap map(const TagId& read) {
     SceneMap map = true_scene_map(made);
     for (std::size_t i = 0; i < map.observations.seen.size(); ++i) {
@@ -67,7 +68,7 @@ TEST(MisreadIds, AreAssignedToTheTagAtTheirPosition) {
   for (const double chi2 : corner_chi2(map.problem.bundle)) EXPECT_LT(chi2, 1e-3);
   for (std::size_t i = 0; i < map.observations.seen.size(); ++i)
     EXPECT_EQ(map.problem.bundle.corners[i].tag, map.problem.tags[0][map.observations.seen[i].tag]);
-  EXPECT_EQ(correct_misread_ids(map, kGate), 0) << "once";
+  EXPECT_EQ(correct_misread_ids(map, kGate), 0) << "corrected once";
 }
 
 TEST(MisreadIds, AreCorrectedInAnyOrderOfCorners) {
@@ -136,7 +137,7 @@ TEST(MisreadIds, TwoTagsAtOnePositionAreAmbiguous) {
   ASSERT_EQ(std::ranges::count(changed.detections(), read, &TagDetection::tag), 0);
   there->tag = read;
   SceneMap map = changed.map(read);
-  EXPECT_EQ(correct_misread_ids(map, kGate), 0) << "both tags fit";
+  EXPECT_EQ(correct_misread_ids(map, kGate), 0) << "both tags fit the observation";
 }
 
 }  // namespace

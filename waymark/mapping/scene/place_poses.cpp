@@ -17,15 +17,15 @@ using internal::Role;
 using internal::Vote;
 
 constexpr std::size_t kMaxFrameVotes = 8;     // maximum number of votes used for a frame
-constexpr std::size_t kMaxStaticVotes = 120;  // the same for a tag
-constexpr double kRuledOutChi2 = 16;          // a hypothesis with a larger excess is dropped
+constexpr std::size_t kMaxStaticVotes = 120;  // maximum number of votes used for a static pose
+constexpr double kRuledOutChi2 = 16;          // hypotheses with a larger excess are dropped
 
 double size_px(const CornerTerm& term) {
   const auto& c = term.factor.corners_px;
   return std::max((c[2] - c[0]).norm(), (c[3] - c[1]).norm());
 }
 
-/// A role of a pose in a term.
+/// A term in which a pose appears, and its role there.
 struct Appearance {
   std::size_t term = 0;
   Role role = Role::Rig;
@@ -112,7 +112,7 @@ class Placer {
     return *at;
   }
 
-  /// Votes for a pose, the largest tags first.
+  /// The votes for a pose, with the largest tags first.
   std::vector<Vote<SE3>> votes(PoseIndex pose, std::size_t most) {
     std::vector<Vote<SE3>> result;
     for (const Appearance& at : appearances_[pose]) {
@@ -131,9 +131,11 @@ class Placer {
     return result;
   }
 
-  /// Places every frame with a placed tag in view, and places it again when further tags in view are placed.
+  /// Places every frame in which a placed tag is in view, and places it again when further tags in view have
+  /// been placed.
   void place_frames() {
-    for (int pass = 0; pass < 2; ++pass) {  // if a rig observes a body: first the rig, then the body
+    // If a rig observes a body, the rig is placed first, then the body.
+    for (int pass = 0; pass < 2; ++pass) {
       std::vector<PoseIndex> touched;
       for (std::size_t i = 0; i < bundle_.poses.size(); ++i) {
         if (!known_[i].moves || bundle_.poses[i].fixed || dirty_[i] == 0) continue;
@@ -160,7 +162,8 @@ class Placer {
     return all;
   }
 
-  /// Places the static poses with the most agreeing votes, at least `fewest`. Returns whether there was any.
+  /// Places the static poses that have the most agreeing votes, which must be at least `fewest`. Returns
+  /// whether there was any such pose.
   bool place_statics(int fewest) {
     std::vector<PoseIndex> found;
     int best = 0;
@@ -178,7 +181,7 @@ class Placer {
     return !found.empty();
   }
 
-  /// Places frames without observations by motions, forwards, then backwards.
+  /// Places frames without observations using motions, first forwards, then backwards.
   void bridge_by_motions() {
     const auto over = [&](const RelativeTerm& term, bool forwards) {
       auto& from = hypotheses_[forwards ? term.a : term.b];
@@ -198,8 +201,8 @@ class Placer {
   std::vector<std::vector<Hypothesis>> hypotheses_;
   std::vector<std::vector<Appearance>> appearances_;
   std::vector<std::optional<std::vector<Hypothesis>>> squares_;
-  std::vector<char> dirty_;  ///< by pose: a pose in one of its terms has changed
-  std::vector<std::optional<internal::Agreement<SE3>>> agreed_;  ///< of poses that are not placed yet
+  std::vector<char> dirty_;  ///< for each pose, whether another pose in one of its terms has changed
+  std::vector<std::optional<internal::Agreement<SE3>>> agreed_;  ///< for poses that have not been placed yet
   bool unconfirmed_too_ = false;
 };
 
@@ -218,7 +221,7 @@ double loss(const Bundle& bundle, const CornerTerm& term, double good_chi2) {
   const auto r = corner_residual(term.factor, bundle.cameras[term.camera],
                                  {bundle.poses[term.rig].value, bundle.poses[term.cam].value,
                                   bundle.poses[term.body].value, bundle.poses[term.tag].value});
-  // A tag that is not visible gets the maximum loss.
+  // A tag that is not visible is given the maximum loss.
   return std::log1p((r ? r->squaredNorm() : 1e12) / good_chi2);
 }
 

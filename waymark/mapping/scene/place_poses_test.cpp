@@ -1,5 +1,5 @@
-// Initial poses if only some are known. They are placed through corners, bridged by motions, selected by
-// votes, and re-initialised if most observations are inconsistent with them.
+// Tests initial poses if only some poses are known. Poses are placed using corners, bridged by motions,
+// selected by votes, and re-initialised if most observations are inconsistent with them.
 #include "waymark/mapping/scene/place_poses.hpp"
 
 #include <algorithm>

@@ -12,7 +12,7 @@
 namespace waymark {
 namespace {
 
-constexpr double kMaxGap_s = 0.2;  // hand motion over this time is approximately a polynomial
+constexpr double kMaxGap_s = 0.2;  // over this time, hand motion is approximately a polynomial
 
 /// Relative motions of cameras and tags.
 class Motions {
@@ -31,8 +31,8 @@ class Motions {
     return (poses[rig].value * poses[cam].value).inverse() * poses[body].value * poses[tag].value;
   }
 
-  /// The tag's motion about the time of a frame: a polynomial through its poses in up to two frames before
-  /// and two after. Empty without a neighbouring frame.
+  /// The tag's motion around the time of a frame, which is a polynomial through its poses in up to two frames
+  /// before and two after. Empty if there is no neighbouring frame.
   [[nodiscard]] std::optional<MovingTag> motion(const SceneObservation& seen) const {
     const auto now = cam_T_tag(seen, seen.frame);
     if (!now) return std::nullopt;
@@ -70,7 +70,8 @@ class Motions {
   const SceneMap& map_;
 };
 
-/// Transforms the corners of one observation. Returns the largest change; infinite if the motion is unknown.
+/// Transforms the corners of one observation. Returns the largest change, which is infinite if the motion is
+/// unknown.
 double bring_to_middle(const SceneObservation& seen, double readout_s, const Motions& motions,
                        const CameraModel& camera, CornerTerm& term) {
   std::optional<MovingTag> tag = motions.motion(seen);

@@ -1,4 +1,4 @@
-// Corners of a rolling shutter, transformed to the time of the middle row.
+// Tests corners from a rolling shutter that are transformed to the time of the middle row.
 #include "waymark/mapping/scene/rolling_corners.hpp"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using test::true_scene_map;
 
 constexpr double kReadout_s = 0.03;
 
-/// The largest distance of a corner in use from its position with a global shutter.
+/// The largest distance between a corner in use and its position with a global shutter.
 double worst_px(const SceneMap& map, const RigScene& made) {
   RigScene global = made;
   global.shape.readout_s = 0;
@@ -63,7 +63,7 @@ TEST(RollingCorners, ASecondCallChangesHardlyAnything) {
 
 TEST(RollingCorners, AFrameWithoutANeighbourIsExcluded) {
   RigScene made = rig_scene({.frames = 20, .step_s = 0.05, .readout_s = kReadout_s});
-  // The last frame half a second later.
+  // The last frame is half a second later.
   made.recording.frames.back().stamp += std::chrono::milliseconds(500);
   SceneMap map = true_scene_map(made);
   bring_corners_to_middle(made.recording, map);

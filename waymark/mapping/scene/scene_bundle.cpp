@@ -22,7 +22,7 @@ double area_px2(const TagDetection& detection) {
   return std::abs(twice) / 2;
 }
 
-/// Tags by id, including unlisted tags found in the recording.
+/// The tags by id, including unlisted tags found in the recording.
 class Owners {
  public:
   explicit Owners(TagScene& scene) : scene_(scene) {
@@ -51,8 +51,8 @@ class Owners {
   std::set<int> ignored_;
 };
 
-/// The stamp of the frame that each squash refers to. It is the frame nearest to its time, at most half a
-/// frame period away; empty without a time.
+/// The stamp of the frame that each squash refers to. It is the frame nearest to the squash's time, at most
+/// half a frame period away; empty if the squash has no time.
 std::vector<std::optional<SensorTime>> stamps_of_squashes(const SceneRecording& recording,
                                                           const TagScene& scene) {
   const std::vector<SceneFrame>& frames = recording.frames;
@@ -82,7 +82,8 @@ bool squashed(const TagScene& scene, const std::vector<std::optional<SensorTime>
 }
 
 int remapped(const TagScene& scene, const std::string& camera, SensorTime stamp, int id) {
-  constexpr Duration kRounding = std::chrono::microseconds(1);  // of times stored as seconds in a double
+  // Rounding error of times stored as seconds in a double.
+  constexpr Duration kRounding = std::chrono::microseconds(1);
   for (const SceneRemap& remap : scene.remaps) {
     if (remap.id == id && stamp >= remap.from - kRounding && stamp <= remap.to + kRounding &&
         (remap.camera.empty() || remap.camera == camera))
@@ -165,8 +166,8 @@ void add_poses(const TagScene& scene, std::size_t frames, SceneBundle& problem) 
   }
 }
 
-/// Poses of an odometry sensor at ascending times: interpolated, or the nearest sample that no earlier time
-/// used.
+/// Poses of an odometry sensor at ascending times. A pose is interpolated, or it is the nearest sample that
+/// was not used for an earlier time.
 class OdometryInTime {
  public:
   OdometryInTime(const std::vector<const SceneOdometry*>& samples, bool nearest)
@@ -204,7 +205,7 @@ class OdometryInTime {
   std::size_t taken_ = 0;
 };
 
-/// Noise of a motion: constant, or from the deviation from the last motion.
+/// Noise of a motion, which is either constant or computed from the deviation from the last motion.
 class MotionNoise {
  public:
   explicit MotionNoise(const SceneMotionNoise& noise) : noise_(noise) {}
@@ -352,7 +353,7 @@ Result<SceneBundle> scene_bundle(const TagScene& scene, const SceneRecording& re
 }
 
 void add_wiggle(const TagScene& scene, const SceneObservations& observations, SceneBundle& problem) {
-  std::map<std::pair<std::size_t, std::size_t>, PoseIndex> own;  // by frame and camera
+  std::map<std::pair<std::size_t, std::size_t>, PoseIndex> own;  // for each frame and camera
   Bundle& bundle = problem.bundle;
   for (std::size_t i = 0; i < observations.seen.size(); ++i) {
     const SceneObservation& seen = observations.seen[i];
@@ -372,7 +373,7 @@ void add_wiggle(const TagScene& scene, const SceneObservations& observations, Sc
 }
 
 void add_planes(const TagScene& scene, SceneBundle& problem, std::vector<char>& placed) {
-  constexpr double kFreeSigma = 1e3;  // [m, rad]: of undetermined directions of a plane's pose
+  constexpr double kFreeSigma = 1e3;  // [m, rad], for undetermined directions of a plane's pose
   Bundle& bundle = problem.bundle;
   for (const ScenePlane& plane : scene.planes) {
     std::vector<PoseIndex> tags;

@@ -1,4 +1,4 @@
-// Selection of detections, and which poses are fixed without priors.
+// Tests the selection of detections, and which poses are fixed if there are no priors.
 #include "waymark/mapping/scene/scene_bundle.hpp"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@ namespace {
 
 SensorTime at_ms(std::int64_t ms) { return SensorTime(std::chrono::milliseconds(ms)); }
 
-/// One camera, a wall that accepts unlisted ids, a box with one tag.
+/// One camera, a wall that accepts unlisted ids, and a box with one tag.
 TagScene scene() {
   TagScene scene;
   scene.bodies.push_back({.name = "wall", .default_tag_size_m = 0.2});

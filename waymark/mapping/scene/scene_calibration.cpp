@@ -36,7 +36,7 @@ void report_intrinsics(SceneMap& map) {
   const Bundle& bundle = map.problem.bundle;
   for (std::size_t c = 0; c < bundle.intrinsics.size(); ++c) {
     const Eigen::MatrixXd& P = map.covariance.intrinsics[c];
-    if (P.size() == 0) continue;  // it has no observations in use
+    if (P.size() == 0) continue;  // the camera has no observations in use
     map.intrinsics.push_back({.camera = c,
                               .names = intrinsics_names(bundle.cameras[c]),
                               .given = bundle.intrinsics[c].prior,
@@ -93,7 +93,7 @@ class ScaleSearch {
   }
 
  private:
-  /// Requires poses at the larger of the two sizes.
+  /// The poses must be those at the larger of the two sizes.
   void find_uncertainty(const std::vector<BundlePose>& lower, double step, double bend,
                         TagScale& found) const {
     found.sigma = bend > 0 ? std::min(step / std::sqrt(bend), prior_sigma_) : prior_sigma_;

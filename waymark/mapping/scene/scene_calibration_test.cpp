@@ -1,4 +1,4 @@
-// Estimation of the size of all tags from distances, and of cameras.
+// Tests the estimation of the size of all tags from distances, and the estimation of cameras.
 #include "waymark/mapping/scene/scene_calibration.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ using test::rig_scene;
 using test::RigScene;
 using test::true_scene_map;
 
-/// A scene with a distance, and tag sizes wrong by a factor.
+/// A scene with a given distance, in which all tag sizes are wrong by a factor.
 SceneMap misprinted(double factor) {
   RigScene made = rig_scene({.noise_px = 0.02});
   const double true_m = (made.tags[1].translation() - made.tags[6].translation()).norm();
@@ -42,7 +42,7 @@ TEST(TagScale, AgreesWithAGivenDistance) {
     EXPECT_LT(searches, 12);
     for (const CornerTerm& term : map.problem.bundle.corners)
       EXPECT_NEAR(term.factor.size_m, test::kRigTag_m * factor * scale.value, 1e-9);
-    // Poses change with the size by by_scale, relative to the fixed tag.
+    // The derivative of the poses with respect to the size is by_scale, relative to the fixed tag.
     const Vector6& far = scale.by_scale[map.problem.tags[0][6]];
     EXPECT_GT(far.head<3>().norm(), 1);
     EXPECT_EQ(scale.by_scale[map.problem.tags[0][0]], Vector6::Zero());

@@ -1,5 +1,5 @@
-// Invariants of the map of any scene. Frame, tag numbers and the direction of time do not matter; covariances
-// are positive definite; a search stops on request.
+// Invariants of the map of every scene. The frame, tag numbers and the direction of time do not matter;
+// covariances are positive definite; a search stops on request.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -42,7 +42,7 @@ const SE3& place(const SceneMap& map, std::size_t tag) {
   return map.problem.bundle.poses[map.problem.tags[0][tag]].value;
 }
 
-/// The scene with all given poses moved.
+/// The scene with all given poses transformed.
 RigScene moved(RigScene made, const SE3& by) {
   made.scene.bodies[0].map_T_body->mean = by * made.scene.bodies[0].map_T_body->mean;
   return made;
@@ -168,7 +168,7 @@ TEST(GroupViews, ASingleImageOfTheFirstCameraHasNoPeriod) {
   const auto frames = group_views(
       {{stamp(100), {.camera = 0}}, {stamp(100), {.camera = 1}}, {stamp(103), {.camera = 2}}}, true);
   ASSERT_EQ(frames.size(), 1U);
-  EXPECT_EQ(frames[0].views.size(), 2U) << "only views with the same stamp";
+  EXPECT_EQ(frames[0].views.size(), 2U) << "only views with the same stamp form a frame";
 }
 
 TEST(ScenePlanes, TagsOfAPlaneAreEstimatedInAPlane) {
@@ -190,7 +190,7 @@ TEST(ScenePlanes, TagsOfAPlaneAreEstimatedInAPlane) {
       }
     }
   }
-  const auto spread = [&](const SceneMap& map) {  // about the best-fitting plane
+  const auto spread = [&](const SceneMap& map) {  // RMS distance from the best-fitting plane
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (std::size_t t = 1; t < made.tags.size(); ++t) mean += place(map, t).translation() / 7;
     Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
@@ -207,7 +207,8 @@ TEST(ScenePlanes, TagsOfAPlaneAreEstimatedInAPlane) {
   EXPECT_LT(after, 0.2 * before);
 }
 
-// Values given in addition to observations: distances, known tags, sizes. Inconsistent values are reported.
+// Values that are given in addition to observations: distances, known tags and sizes. Inconsistent values
+// must be reported.
 
 /// Adds the true distances between these tags with this standard deviation.
 void measure(WideScene& wide, double sigma_m, const std::vector<std::pair<int, int>>& pairs) {
@@ -220,7 +221,7 @@ void measure(WideScene& wide, double sigma_m, const std::vector<std::pair<int, i
 TEST(GivenFacts, ADistanceMakesTheTagSizeAnUnknown) {
   WideScene wide = test::aisles(24, 4, 0.05);
   for (SceneBody& body : wide.scene.bodies) {
-    body.default_tag_size_m *= 1.006;  // a measurement error of the print
+    body.default_tag_size_m *= 1.006;  // a measurement error in the print size
     for (SceneTag& tag : body.tags) tag.size_m *= 1.006;
   }
   for (int id : {3, 20})
@@ -229,7 +230,7 @@ TEST(GivenFacts, ADistanceMakesTheTagSizeAnUnknown) {
   SceneMap map;
   const Outcome outcome = mapped(wide, &map);
   EXPECT_NEAR(map.size_scale, 1 / 1.006, 0.0006);
-  EXPECT_LT(outcome.mean_m, 0.01);  // 0.6 % of eight metres are 5 cm
+  EXPECT_LT(outcome.mean_m, 0.01);  // 0.6 % of eight metres is 5 cm
   EXPECT_THAT(scene_warnings(map), Not(Contains(HasSubstr("distance"))));
 }
 
@@ -293,8 +294,8 @@ TEST(GivenFacts, TheOnlyKnownTagThatSwingsIsReported) {
   EXPECT_THAT(scene_warnings(map), Contains(AllOf(HasSubstr("of tag 0"), HasSubstr("rejected"))));
 }
 
-// Scenes with misread ids. Their maps are as accurate as without them, or affected parts are excluded and
-// reported. WAYMARK_FULL=1 runs 50 seeds.
+// Scenes with misread ids. Their maps must be as accurate as those without misread ids, or the affected parts
+// must be excluded and reported. With WAYMARK_FULL=1, 50 seeds are run.
 
 TEST(WrongIds, AislesAreMappedAsAccuratelyAsWithoutThem) {
   const bool full = std::getenv("WAYMARK_FULL") != nullptr;
@@ -341,7 +342,7 @@ TEST(WrongIds, AMisreadIdIsAssignedToTheTagAtItsPosition) {
   EXPECT_TRUE(of_clean.corrected_ids.empty());
 }
 
-/// The same walk, with all but a few of the detections that connect two parts removed.
+/// The same walk, in which all but a few of the detections that connect two parts have been removed.
 WideScene thinly_tied(int observations) {
   WideScene wide = test::aisles(60, 7);
   int left = observations;
@@ -394,7 +395,7 @@ TEST(WrongIds, CovariancesOfAcceptedTagsAreConsistent) {
     ++count;
   }
   ASSERT_GT(count, 108);
-  // Errors of one draw are strongly correlated, so only large deviations are significant.
+  // The errors in one draw are strongly correlated, so only large deviations are significant.
   EXPECT_GT(sum / count, 1.0);
   EXPECT_LT(sum / count, 16.0);
 }

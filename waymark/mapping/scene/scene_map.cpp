@@ -18,10 +18,11 @@
 namespace waymark {
 namespace {
 
-constexpr double kMedianChi2 = 7.344;  // of chi-square with 8 degrees of freedom
+constexpr double kMedianChi2 = 7.344;  // median of chi-square with 8 degrees of freedom
 constexpr int kRounds = 5;
 
-/// Whether a prior is precise enough for a start; the two poses of a square differ by more.
+/// Whether a prior is precise enough to start from. The limits are smaller than the difference between the
+/// two poses of a square.
 bool is_informative(const ScenePrior& prior) {
   constexpr double kSigmaM = 1.0;
   constexpr double kSigmaRad = 0.3;
@@ -31,7 +32,7 @@ bool is_informative(const ScenePrior& prior) {
          P.diagonal().tail<3>().maxCoeff() < kSigmaRad * kSigmaRad;
 }
 
-/// `weak`: also uses weak priors, which are better than none if no other prior is available.
+/// `weak`: also uses weak priors, which are better than nothing if no other prior is available.
 std::vector<KnownPose> known_poses(const TagScene& scene, const SceneBundle& problem, bool weak) {
   std::vector<KnownPose> known(problem.bundle.poses.size());
   for (std::size_t i = 0; i < known.size(); ++i) known[i].moves = problem.moves[i] != 0;
@@ -54,7 +55,8 @@ class Search {
          SceneMap& map)
       : recording_(recording), options_(options), progress_(progress), map_(map) {}
 
-  /// Minimises the robust cost from the placed poses, and moves poses that are in a wrong local minimum.
+  /// Minimises the robust cost, starting from the placed poses, and moves poses that are in a wrong local
+  /// minimum.
   void search_coarsely() {
     Bundle& bundle = map_.problem.bundle;
     if (options_.model == SceneModel::Waymark) std::swap(distances_, bundle.point_distances);
@@ -65,7 +67,7 @@ class Search {
     }
     set_corner_noise(kStartPx);
     replace_contradicted(bundle, map_.placed, known_, kCoarseChi2);
-    // Errors are large far from the optimum, so the outlier threshold decreases in steps.
+    // Errors are large far from the optimum, so the outlier threshold is decreased in steps.
     for (double chi2 : {100 * kCoarseChi2, kCoarseChi2}) find(chi2, 15, "rejecting outliers", kCoarseGain);
     for (int round = 0; round < kRounds && goes_on(); ++round) {
       find(options_.search.robust_chi2, 10, "rejecting outliers", kCoarseGain);
@@ -74,7 +76,7 @@ class Search {
     }
   }
 
-  /// Minimises TagSLAM's cost over every observation.
+  /// Minimises TagSLAM's cost over all observations.
   void minimise_tagslam_cost() {
     set_corner_noise(map_.scene.pixel_sigma_px);
     for (CornerTerm& term : map_.problem.bundle.corners) term.used = can_count(term);
@@ -83,7 +85,7 @@ class Search {
     find(0, options_.search.max_iterations, "adjusting");
   }
 
-  /// Estimates the corner noise and further free parameters from the observations.
+  /// Estimates the corner noise and other free parameters from the observations.
   void adjust_with_estimated_noise() {
     adjust_until_stable();
     if (goes_on() && correct_misread_ids(map_, options_.search.outlier_chi2) > 0) adjust_until_stable();
@@ -113,7 +115,7 @@ class Search {
     }
   }
 
-  /// For a video: downweights images with persistent errors.
+  /// Downweights images with persistent errors; for videos.
   void count_correlated() {
     if (!options_.correlated_noise || !goes_on()) return;
     std::vector<std::size_t> frames;
@@ -124,7 +126,7 @@ class Search {
   }
 
   /// If distances are given, estimates one size factor for all tags. Distances are used only from here on,
-  /// because earlier a slightly wrong size would make them conflict with observations.
+  /// because before this step, even a slightly wrong size would make them conflict with observations.
   void find_size_of_tags() {
     Bundle& bundle = map_.problem.bundle;
     const auto in_map = [&](const BundlePoint& p) {
@@ -152,13 +154,12 @@ class Search {
   }
 
   [[nodiscard]] double noise_px() const { return noise_px_; }
-  /// Frees memory.
   void end() { factor_.forget(); }
 
  private:
   static constexpr double kStartPx = 0.5;
-  static constexpr double kCoarseGain = 1e-3;  // sufficient to find outliers
-  static constexpr double kRoughGain = 1e-4;   // sufficient to select observations
+  static constexpr double kCoarseGain = 1e-3;  // accuracy sufficient to find outliers
+  static constexpr double kRoughGain = 1e-4;   // accuracy sufficient to select observations
   static constexpr double kFineGain = 1e-8;
   static constexpr double kCoarseChi2 = 200;
 
@@ -187,7 +188,7 @@ class Search {
     for (CornerTerm& term : bundle.corners) term.used = term.used && !term.unconfirmed;
   }
 
-  /// A view is one camera at one time.
+  /// Here, a view contains the observations of one camera at one time.
   [[nodiscard]] internal::Confirmation confirm(
       const std::vector<std::vector<internal::Hypothesis>>& squares) const {
     const std::size_t cameras = map_.scene.cameras.size();
@@ -205,7 +206,7 @@ class Search {
     return internal::confirm_observations(seen, squares, motions_of_views(frames, cameras));
   }
 
-  /// For cameras with a known mounting on a body with measured motion.
+  /// Computes the motions for cameras that have a known mounting on a body with measured motion.
   [[nodiscard]] std::vector<internal::ViewMotion> motions_of_views(std::size_t frames,
                                                                    std::size_t cameras) const {
     std::vector<internal::ViewMotion> motions(cameras * (frames + 1));
@@ -250,7 +251,7 @@ class Search {
            map_.placed[term.tag] != 0;
   }
 
-  /// Sets one noise for all corners.
+  /// Sets the same noise for all corners.
   void set_corner_noise(double sigma_px) {
     noise_px_ = sigma_px;
     for (CornerTerm& term : map_.problem.bundle.corners) {
@@ -259,14 +260,14 @@ class Search {
     }
   }
 
-  /// Per image, without the downweighting of correlated images.
+  /// The chi2 of each corner term, without the downweighting of correlated images.
   [[nodiscard]] std::vector<double> chi2_of_corners() const {
     std::vector<double> chi2 = corner_chi2(map_.problem.bundle);
     for (double& x : chi2) x *= map_.correlated_frames;
     return chi2;
   }
 
-  /// Ratio of actual to assumed noise, from the median, which is robust against outliers.
+  /// The ratio of actual to assumed noise, estimated from the median, which is robust against outliers.
   [[nodiscard]] double noise_ratio() const {
     std::vector<double> chi2 = chi2_of_corners();
     double numbers = 0;
@@ -294,7 +295,8 @@ class Search {
     const auto good = [&](std::size_t i) {
       return can_count(bundle.corners[i]) && chi2[i] < options_.search.outlier_chi2;
     };
-    std::vector<char> supported(map_.problem.moves.size());  // static, or with a confirmed observation
+    // Whether a pose is static or has a confirmed observation.
+    std::vector<char> supported(map_.problem.moves.size());
     for (std::size_t i = 0; i < supported.size(); ++i) supported[i] = map_.problem.moves[i] == 0 ? 1 : 0;
     for (std::size_t i = 0; i < chi2.size(); ++i) {
       if (!bundle.corners[i].unconfirmed && good(i))
@@ -316,12 +318,12 @@ class Search {
   const MapProgress& progress_;
   SceneMap& map_;
   std::vector<KnownPose> known_{};
-  std::vector<PointDistanceTerm> distances_{};  ///< not used yet
+  std::vector<PointDistanceTerm> distances_{};  ///< not used until the size of tags is estimated
   internal::KeptFactor factor_{};
   double noise_px_ = kStartPx;
 };
 
-/// Excludes unlisted tags with few observations, because a wrong id usually occurs once.
+/// Excludes unlisted tags with few observations, because a wrong id usually occurs only once.
 void drop_rare_unlisted_tags(const TagScene& listed, const SceneMapOptions& options, SceneMap& map) {
   std::map<std::pair<std::size_t, std::size_t>, int> count;
   for (const SceneObservation& seen : map.observations.seen) ++count[{seen.body, seen.tag}];

@@ -10,11 +10,12 @@
 
 namespace waymark {
 
-/// Error model.
+/// The error model.
 enum class SceneModel : std::uint8_t {
-  /// Constant extrinsics, estimated corner noise, outliers rejected.
+  /// Extrinsics are constant, corner noise is estimated, and outliers are rejected.
   Waymark,
-  /// The cost of TagSLAM: every observation, its pixel noise, cameras that wiggle if its files specify that.
+  /// TagSLAM's cost: every observation is used with TagSLAM's pixel noise, and cameras wiggle if its files
+  /// specify this.
   Tagslam,
 };
 
@@ -22,12 +23,12 @@ struct SceneMapOptions {
   SceneModel model = SceneModel::Waymark;
   SearchOptions search{};
   int min_observations = 2;
-  bool free_intrinsics = false;  ///< estimate camera parameters too, near those given (model waymark only)
-  /// The images are from one video: those with persistent errors together get the weight of one image (model
-  /// waymark only).
+  bool free_intrinsics = false;  ///< also estimate camera parameters, near those given (model waymark only)
+  /// The images are from one video, and those with persistent errors are given the weight of a single image
+  /// (model waymark only).
   bool correlated_noise = false;
-  /// Relative standard deviation of the common print size of all tags, included in every covariance. Empty:
-  /// 0.005 if distances are given, otherwise the size is exact.
+  /// Relative standard deviation of the common print size of all tags, which is included in every covariance.
+  /// If empty, it is 0.005 if distances are given; otherwise, the size is exact.
   std::optional<double> size_sigma{};
 
   template <class Self, class Visitor>
@@ -42,11 +43,11 @@ struct SceneMapOptions {
 /// Tags that are connected to the rest only by observations of a few tags.
 struct SceneCut {
   std::vector<TagId> beyond{};  ///< the weakly connected tags
-  std::vector<TagId> by{};      ///< tags whose observations connect them
+  std::vector<TagId> by{};      ///< the tags whose observations connect them
   int observations = 0;
 };
 
-/// An observation assigned to a tag other than that of its id.
+/// An observation that was assigned to a tag with a different id.
 struct CorrectedId {
   std::size_t frame = 0;
   TagId read{}, is{};
@@ -60,37 +61,37 @@ struct FoundIntrinsics {
 };
 
 struct SceneMap {
-  TagScene scene{};  ///< including unlisted tags that were observed
+  TagScene scene{};  ///< includes unlisted tags that were observed
   SceneObservations observations{};
   SceneBundle problem{};
-  std::vector<char> placed{};  ///< of each pose of the problem
+  std::vector<char> placed{};  ///< whether each pose of the problem has been placed
   BundleCovariance covariance{};
   BundleSummary summary{};
   double cost = 0;      ///< half the sum of squared residuals in use, with the model's noise
-  double noise_px = 0;  ///< standard deviation of a corner coordinate, estimated or from the model
-  double reprojection_mean_px = 0;  ///< of the corners in use
+  double noise_px = 0;  ///< standard deviation of a corner coordinate, either estimated or from the model
+  double reprojection_mean_px = 0;  ///< mean error of the corners in use
   double reprojection_median_px = 0;
   std::vector<RejectedObservation> rejected{};
-  std::vector<CorrectedId> corrected_ids{};       ///< misread ids assigned to another tag
-  std::vector<std::vector<TagId>> unconnected{};  ///< groups of tags without a connection to the map
-  std::vector<SceneCut> left_out_cuts{};          ///< unconnected groups with only unconfirmed connections
-  std::vector<SceneCut> thin_cuts{};              ///< weakly connected parts of the map, the largest first
-  std::vector<TagId> undetermined{};              ///< in the map, but without a determined pose
-  std::vector<FoundIntrinsics> intrinsics{};      ///< of estimated cameras; `scene` contains the estimates
-  double size_scale = 1;            ///< factor of all tag sizes, estimated if distances are given
-  double size_sigma = 0;            ///< of size_scale; 0: not estimated
-  double size_prior_sigma = 0.005;  ///< prior standard deviation of size_scale
-  std::vector<Vector6> by_size{};   ///< d(pose) / d(size_scale), already included in `covariance`
-  double correlated_frames = 1;     ///< this many images count as one
-  std::vector<TagId>
-      rejected_tags{};  ///< unlisted with too few observations, or inconsistent: not in the map
+  std::vector<CorrectedId> corrected_ids{};       ///< misread ids that were assigned to another tag
+  std::vector<std::vector<TagId>> unconnected{};  ///< groups of tags that are not connected to the map
+  std::vector<SceneCut> left_out_cuts{};  ///< unconnected groups that have only unconfirmed connections
+  std::vector<SceneCut> thin_cuts{};      ///< weakly connected parts of the map, with the largest first
+  std::vector<TagId> undetermined{};      ///< tags that are in the map but have no determined pose
+  /// Parameters of estimated cameras; `scene` contains the estimates.
+  std::vector<FoundIntrinsics> intrinsics{};
+  double size_scale = 1;               ///< common factor for all tag sizes, estimated if distances are given
+  double size_sigma = 0;               ///< standard deviation of size_scale; 0 if it was not estimated
+  double size_prior_sigma = 0.005;     ///< prior standard deviation of size_scale
+  std::vector<Vector6> by_size{};      ///< d(pose) / d(size_scale), already included in `covariance`
+  double correlated_frames = 1;        ///< this many images count as one
+  std::vector<TagId> rejected_tags{};  ///< not in the map: unlisted and observed too rarely, or inconsistent
 
-  /// Pose of a tag of a static body; empty if it is not in the map.
+  /// Pose of a tag on a static body; empty if the tag is not in the map.
   [[nodiscard]] std::optional<SE3> map_T_tag(std::size_t body, std::size_t tag) const;
 };
 
-/// Estimates the tags, extrinsics and motions that best explain all observations. Initial values come only
-/// from the priors in the scene. Fails if no observed tag is connected to the map, and if `progress` stops
+/// Estimates the tags, extrinsics and motions that best explain all observations. Initial values are taken
+/// only from the priors in the scene. Fails if no observed tag is connected to the map or if `progress` stops
 /// the search.
 [[nodiscard]] Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recording,
                                          const SceneMapOptions& options = {},

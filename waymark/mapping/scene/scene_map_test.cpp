@@ -1,5 +1,5 @@
-// Cameras on bodies that observe tags on bodies, compared with ground truth, without initial values, and with
-// foreign ids.
+// Tests cameras on bodies that observe tags on bodies: compared with ground truth, without initial values,
+// and with foreign ids.
 #include "waymark/mapping/scene/scene_map.hpp"
 
 #include <algorithm>
@@ -39,7 +39,7 @@ struct RobotSetup {
   TagScene scene{};
   SceneRecording recording{};
   std::vector<SE3> cameras{};              ///< body_T_cam
-  std::vector<std::vector<SE3>> bodies{};  ///< by body and frame (one entry for a static body)
+  std::vector<std::vector<SE3>> bodies{};  ///< for each body and frame (one entry for a static body)
   std::vector<std::vector<SE3>> tags{};    ///< body_T_tag
 };
 
@@ -47,7 +47,7 @@ const SE3& body_at(const RobotSetup& setup, std::size_t body, std::size_t frame)
   return setup.bodies[body].size() == 1 ? setup.bodies[body].front() : setup.bodies[body][frame];
 }
 
-/// Adds detections of all visible tags with this noise.
+/// Adds detections of all visible tags, with this corner noise.
 void film(RobotSetup& setup, std::size_t frames, double noise_px, Random& random) {
   for (std::size_t f = 0; f < frames; ++f) {
     SceneFrame frame{.stamp = SensorTime(std::chrono::milliseconds(100 * f))};
@@ -76,8 +76,8 @@ ScenePrior exactly(const SE3& mean) {
   return ScenePrior::of(mean, Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(1e-4));
 }
 
-/// A rig with a pinhole camera and a fisheye camera of unknown mounting that moves along a wall of ten tags,
-/// one of them known.
+/// A rig with a pinhole camera and a fisheye camera that moves along a wall of ten tags. The mounting of the
+/// fisheye camera is unknown, and one of the tags is known.
 RobotSetup rig_setup(std::uint64_t seed, double noise_px) {
   Random random(seed);
   RobotSetup setup;
@@ -106,7 +106,8 @@ RobotSetup rig_setup(std::uint64_t seed, double noise_px) {
   return setup;
 }
 
-/// Two fixed cameras, one with a known pose, that observe a cube of four tags, one of them known.
+/// Two fixed cameras that observe a cube with four tags. The pose of one camera and one of the tags are
+/// known.
 RobotSetup cube_setup(std::uint64_t seed, double noise_px) {
   Random random(seed);
   RobotSetup setup;
@@ -160,7 +161,7 @@ TEST(SceneMap, EstimatesACubeAndTheSecondFixedCamera) {
 }
 
 TEST(SceneMap, CovarianceIsConsistent) {
-  // NEES of tags and of the unknown extrinsics over draws of the noise: 6 degrees of freedom each.
+  // NEES of the tags and of the unknown extrinsics over draws of the noise, with 6 degrees of freedom each.
   double sum = 0;
   int count = 0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
@@ -178,12 +179,12 @@ TEST(SceneMap, CovarianceIsConsistent) {
       add(map->problem.tags[0][t],
           setup.tags[0][static_cast<std::size_t>(map->scene.bodies[0].tags[t].id.number)]);
   }
-  // Errors of one draw are correlated through the anchor, so the bounds are wide for 120 times 6 squares.
+  // The errors in one draw are correlated through the anchor, so the bounds are wide for 120 * 6 squares.
   EXPECT_GT(sum / count, 4.0);
   EXPECT_LT(sum / count, 8.0);
 }
 
-/// Largest error of a tag in the map frame, except the known one.
+/// The largest position error of any tag in the map frame, except the known one.
 double worst_tag_m(const RobotSetup& setup, const SceneMap& map) {
   double worst = 0;
   for (std::size_t t = 0; t < map.scene.bodies[0].tags.size(); ++t) {
@@ -246,7 +247,7 @@ TEST(SceneMap, TheTagslamModelRejectsFreeIntrinsics) {
       map_scene(setup.scene, setup.recording, {.model = SceneModel::Tagslam, .free_intrinsics = true}));
 }
 
-/// The setup with everything in the map frame moved by one motion.
+/// The setup in which everything in the map frame is transformed by the same motion.
 RobotSetup moved(RobotSetup setup, const SE3& by) {
   const auto move = [&](ScenePrior& prior) { prior.mean = by * prior.mean; };
   for (SceneBody& body : setup.scene.bodies) {
@@ -305,7 +306,8 @@ TEST(SceneMap, ASceneOfTwiceTheSizeHasAMapOfTwiceTheSize) {
   const auto map = map_scene(setup.scene, setup.recording);
   const auto other = map_scene(large.scene, large.recording);
   ASSERT_TRUE(map && other);
-  EXPECT_NEAR(other->cost, map->cost, 1e-2 * map->cost);  // priors keep their sigma, so their weight changes
+  // Priors keep their sigma, so their relative weight changes.
+  EXPECT_NEAR(other->cost, map->cost, 1e-2 * map->cost);
   for (std::size_t t = 0; t < 10; ++t) {
     SE3 expected = *map->map_T_tag(0, t);
     grow(expected);
@@ -347,7 +349,7 @@ TEST(SceneMap, ForeignAndWrongIdsDoNotChangeTheMap) {
     foreign.tag.number = 300 + static_cast<int>(random.uniform(0, 80));
     frame.views[0].detections.push_back(foreign);
   }
-  // In one view the corners of a tag of the cube are wrong.
+  // In one view, the corners of a tag on the cube are wrong.
   for (auto& corner : setup.recording.frames[7].views[0].detections.front().corners_px) corner.x() += 60;
   const auto map = map_scene(setup.scene, setup.recording);
   ASSERT_TRUE(clean && map);
@@ -359,7 +361,7 @@ TEST(SceneMap, ForeignAndWrongIdsDoNotChangeTheMap) {
 
 TEST(SceneMap, UnconnectedTagsAreReportedAndNotMapped) {
   RobotSetup setup = rig_setup(5, 0.1);
-  // Only the last frames show tags 8 and 9, and no others.
+  // Only the last frames show tags 8 and 9, and they show no other tags.
   for (std::size_t f = 0; f < setup.recording.frames.size(); ++f) {
     for (SceneView& view : setup.recording.frames[f].views) {
       std::erase_if(view.detections, [&](const TagDetection& d) { return (d.tag.number >= 8) != (f >= 30); });
@@ -411,7 +413,7 @@ TEST(SceneMap, TheTagslamModelCostsNoMoreThanTheTruth) {
   const auto cost = cost_at(truth, setup.scene, setup.recording);
   ASSERT_TRUE(cost);
   EXPECT_LT(map->cost, cost->cost);
-  EXPECT_GT(map->cost, 0.2 * cost->cost);  // the same problem was solved
+  EXPECT_GT(map->cost, 0.2 * cost->cost);  // because the same problem was solved
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ void list_rejected(const SceneRecording& recording, SceneMap& map) {
   }
 }
 
-/// Removes tags without any observation in use from the map.
+/// Removes from the map all tags that have no observation in use.
 void remove_contradicted_tags(SceneMap& map) {
   std::vector<char> seen(map.problem.bundle.poses.size(), 0);
   std::vector<char> used(map.problem.bundle.poses.size(), 0);
@@ -53,7 +53,7 @@ void remove_contradicted_tags(SceneMap& map) {
   }
 }
 
-/// The observations that connect unplaced tags to those of the map, including unconfirmed ones.
+/// The observations, including unconfirmed ones, that connect unplaced tags to those in the map.
 SceneCut cut_of(const SceneMap& map, const std::vector<TagId>& group) {
   SceneCut cut{.beyond = group};
   std::set<std::size_t> reached;
@@ -130,7 +130,8 @@ void measure_reprojection(SceneMap& map) {
 
 namespace {
 
-/// Tags that define the map frame: those with a known pose, or the one with the most observations.
+/// The tags that define the map frame: those with a known pose or, if there are none, the one with the most
+/// observations.
 std::set<PoseIndex> roots_of(const SceneMap& map) {
   std::vector<int> used(map.problem.bundle.poses.size(), 0);
   for (const CornerTerm& term : map.problem.bundle.corners) used[term.tag] += term.used ? 1 : 0;
@@ -186,9 +187,9 @@ void report_scene(const SceneRecording& recording, SceneMap& map) {
 
 namespace {
 
-constexpr std::size_t kMaxLines = 5;  // of a kind
+constexpr std::size_t kMaxLines = 5;  // of each kind
 
-/// "tags 3, 40-78 and 99".
+/// The names of tags, such as "tags 3, 40-78 and 99".
 std::string names_of(const std::vector<TagId>& tags) {
   std::vector<int> numbers;
   numbers.reserve(tags.size());
@@ -209,7 +210,7 @@ std::string names_of(const std::vector<TagId>& tags) {
                      all > kMaxRuns ? ", ..." : "");
 }
 
-/// Observations of a tag, and how many are in use.
+/// The number of observations of a tag, and how many of them are in use.
 struct Counts {
   int all = 0, used = 0;
 };
@@ -375,10 +376,11 @@ std::vector<std::string> scene_warnings(const SceneMap& map) {
 
 namespace {
 
-constexpr std::size_t kMaxFullView = 8;  // tags; in larger views only adjacent tags in the list are connected
+// Number of tags; in larger views, only tags that are adjacent in the list are connected.
+constexpr std::size_t kMaxFullView = 8;
 constexpr std::size_t kTiesPerTag = 4;
 
-/// The tags of each view, ascending.
+/// The tags in each view, in ascending order.
 std::vector<std::vector<PoseIndex>> views_of(const Bundle& bundle, const std::vector<char>& moves) {
   std::map<std::pair<PoseIndex, PoseIndex>, std::vector<PoseIndex>> views;
   for (const CornerTerm& term : bundle.corners) {

@@ -1,5 +1,5 @@
-// Tests each warning about a scene's map by itself, on a map with true poses. Then weakly connected parts of
-// a row of tags, and consistency of residuals with corner covariances.
+// Tests each warning about a scene's map on its own, using a map with true poses. Then tests weakly connected
+// parts of a row of tags, and the consistency of residuals with corner covariances.
 #include "waymark/mapping/scene/scene_report.hpp"
 
 #include <gmock/gmock.h>
@@ -149,8 +149,8 @@ TEST(SceneWarnings, CountMisreadIdsAndListSome) {
   expect_on_scene_page(map);
 }
 
-/// Tags in images. Pose 0 is the map, 1 is the camera mounting, 2 to 21 are tags, followed by one pose per
-/// image.
+/// Tags in images. Pose 0 is the map, 1 is the camera mounting, and 2 to 21 are tags; they are followed by
+/// one pose for each image.
 struct Album {
   Bundle bundle{};
   std::vector<char> moves{};
@@ -172,8 +172,8 @@ struct Album {
   [[nodiscard]] std::vector<ThinCut> cuts(int most = 3) const { return thin_cuts(bundle, moves, {2}, most); }
 };
 
-/// Two rooms of five tags observed often, connected by `ties` images of the last tag of one and the first of
-/// the other.
+/// Two rooms with five tags each, which are observed often. The rooms are connected by `ties` images that
+/// show the last tag of one room and the first tag of the other.
 Album rooms(int ties) {
   Album album;
   album.show({2, 3, 4, 5, 6}, 10);
@@ -227,7 +227,7 @@ TEST(CornerConsistency, IsOneIfDetectorCovariancesAreCorrect) {
     for (SceneFrame& frame : made.recording.frames) {
       for (TagDetection& seen : frame.views[0].detections) {
         CornerCovariance P = 0.04 * CornerCovariance::Identity();
-        P(0, 0) *= 1 + 1e-9;  // anisotropic, so it is not replaced by one noise for all
+        P(0, 0) *= 1 + 1e-9;  // anisotropic, so it is not replaced with one noise value for all corners
         seen.corner_covariance_px2 = P;
       }
     }
@@ -257,7 +257,7 @@ TEST(Reprojection, IsMeasuredOnCornersInUse) {
   for (CornerTerm& term : map.problem.bundle.corners) term.used = false;
   map.reprojection_mean_px = 7;
   measure_reprojection(map);
-  EXPECT_EQ(map.reprojection_mean_px, 7) << "without corners in use it is not changed";
+  EXPECT_EQ(map.reprojection_mean_px, 7) << "without corners in use, it is not changed";
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kMinPosesToSelect = 10;
 
-/// Fixes the poses in the values; the others stay free.
+/// Fixes the poses that are given in the values; the others stay free.
 void fix_given_poses(const SceneValues& values, const SceneRecording& recording, SceneMap& map) {
   SceneBundle& problem = map.problem;
   const auto set = [&](PoseIndex pose, const SE3& value) { problem.bundle.poses[pose] = {value, true}; };

@@ -1,4 +1,4 @@
-// Cost of another program's solution of a scene.
+// Tests the cost of another program's solution of a scene.
 #include "waymark/mapping/scene/scene_values.hpp"
 
 #include <cmath>
@@ -36,7 +36,7 @@ TEST(SceneValues, TheCostOfTrueValuesIsThatOfTheNoise) {
   ASSERT_TRUE(cost);
   std::size_t numbers = 0;
   for (const SceneFrame& frame : noisy.recording.frames) numbers += 8 * frame.views[0].detections.size();
-  const double expected = 0.5 * 0.25 * static_cast<double>(numbers);  // model: 1 px
+  const double expected = 0.5 * 0.25 * static_cast<double>(numbers);  // pixel noise of the model: 1 px
   EXPECT_NEAR(cost->cost, expected, 4 * std::sqrt(0.5 * 0.0625 * static_cast<double>(numbers)));
   EXPECT_NEAR(cost->reprojection_mean_px, 0.5 * std::sqrt(M_PI / 2), 0.02) << "Rayleigh";
   EXPECT_NEAR(cost->reprojection_median_px, 0.5 * std::sqrt(2 * std::log(2)), 0.03);

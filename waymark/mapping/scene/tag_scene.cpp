@@ -21,7 +21,7 @@ std::vector<SceneFrame> group_exactly(std::vector<StampedView> views) {
   return frames;
 }
 
-/// Half the median period of the first camera.
+/// Half the median frame period of the first camera.
 Duration half_a_period(const std::vector<SceneFrame>& frames) {
   std::vector<Duration> steps;
   for (std::size_t i = 1; i < frames.size(); ++i) steps.push_back(frames[i].stamp - frames[i - 1].stamp);

@@ -1,4 +1,4 @@
-// Grouping of views, and priors.
+// Tests the grouping of views, and priors.
 #include "waymark/mapping/scene/tag_scene.hpp"
 
 #include <cmath>
@@ -37,10 +37,10 @@ TEST(GroupViews, SimilarStampsFormAFrameIfApproximate) {
                                    {at_ms(310), view(1)},
                                    {at_ms(500), view(1)}},
                                   true);
-  ASSERT_EQ(frames.size(), 3U) << "one per image of the first camera";
-  EXPECT_EQ(frames[0].views.size(), 2U) << "with the nearer of two";
+  ASSERT_EQ(frames.size(), 3U) << "one frame for each image from the first camera";
+  EXPECT_EQ(frames[0].views.size(), 2U) << "grouped with the nearer of two images";
   EXPECT_EQ(frames[1].views.size(), 1U);
-  EXPECT_EQ(frames[2].views.size(), 2U) << "without the one half a period away";
+  EXPECT_EQ(frames[2].views.size(), 2U) << "without the image that is half a period away";
 }
 
 TEST(ScenePrior, ItsSigmaIsInTheAxesOfTheChildAndMatchesItsFactor) {
@@ -50,7 +50,8 @@ TEST(ScenePrior, ItsSigmaIsInTheAxesOfTheChildAndMatchesItsFactor) {
     for (double& x : xi) x = random.uniform(-1, 1);
     const SE3 mean = SE3::exp(xi);
     const ScenePrior prior = ScenePrior::of(mean, {0.1, 0.2, 0.3}, {0.01, 0.02, 0.03});
-    // One sigma along an axis of the child gives a residual of one, for any orientation of the parent.
+    // A deviation of one sigma along an axis of the child frame gives a residual of one, for any orientation
+    // of the parent.
     for (int k = 0; k < 6; ++k) {
       SE3::Tangent off = SE3::Tangent::Zero();
       off[k] = k < 3 ? 0.1 * (k + 1) : 0.01 * (k - 2);

@@ -14,7 +14,7 @@ BlockSystem::BlockSystem(std::vector<int> dimensions, std::vector<std::pair<int,
     scalars += d;
   }
   for (auto& [a, b] : couplings) {
-    if (a < b) std::swap(a, b);  // row >= column: the lower triangle
+    if (a < b) std::swap(a, b);  // ensures row >= column (lower triangle)
     std::swap(a, b);             // sort by column first
   }
   for (int i = 0; i < unknowns; ++i) couplings.emplace_back(i, i);
@@ -31,7 +31,7 @@ BlockSystem::BlockSystem(std::vector<int> dimensions, std::vector<std::pair<int,
   }
   for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
 
-  // Diagonal blocks are stored in full, so that all blocks have the same layout; the factorisation does not
+  // Diagonal blocks are stored in full so that all blocks have the same layout; the factorisation does not
   // read their upper halves.
   H_.resize(scalars, scalars);
   int entries = 0;
@@ -105,7 +105,7 @@ void BlockSystem::add_corners(const std::array<int, 4>& unknowns,
   const bool mirrored = rig >= 0 && body >= 0;
   const auto add = [&](int row, int column, const Matrix6& M) {
     add_to_block(row, column, M);
-    if (row == column) add_to_block(row, column, M.transpose());  // one unknown in two roles
+    if (row == column) add_to_block(row, column, M.transpose());  // the same unknown in two roles
   };
   for (std::size_t c = 0; c < 4; ++c) {
     if (unknowns[c] < 0 || (c == 2 && mirrored)) continue;

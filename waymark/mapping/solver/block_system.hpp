@@ -11,27 +11,27 @@
 
 namespace waymark::internal {
 
-/// Normal equations H x = g in blocks. H is stored as the lower triangle of a sparse matrix with a fixed
+/// Normal equations H x = g in block form. H is stored as the lower triangle of a sparse matrix with a fixed
 /// sparsity pattern.
 class BlockSystem {
  public:
-  /// One unknown of a residual with its Jacobian J_r_unknown (rows x dimension of the unknown).
+  /// An unknown that a residual depends on, with its Jacobian J_r_unknown (rows x dimension of the unknown).
   struct Part {
-    int unknown = -1;  ///< -1: fixed, not in the system
+    int unknown = -1;  ///< -1 if fixed, that is, not in the system
     Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> J;
   };
   using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 
-  /// `dimensions`: of the unknowns. `couplings`: pairs of unknowns that share a residual, in any order; they
-  /// may be repeated.
+  /// `dimensions`: dimension of each unknown. `couplings`: pairs of unknowns that share a residual, in any
+  /// order and possibly repeated.
   BlockSystem(std::vector<int> dimensions, std::vector<std::pair<int, int>> couplings);
 
   void clear();
   /// Adds weight J^T J to H and weight J^T r to g.
   void add(std::span<const Part> parts, const Eigen::Ref<const Eigen::VectorXd>& r, double weight = 1);
 
-  /// The same for the corners of a tag, whose Jacobians with respect to rig, camera, body and tag are all
-  /// 8x6. The Jacobian of the body is minus that of the rig, so it is not read if both are unknown.
+  /// Does the same for the corners of a tag, whose Jacobians with respect to rig, camera, body and tag are
+  /// all 8x6. The Jacobian of the body is minus that of the rig, so it is not read if both are unknown.
   void add_corners(const std::array<int, 4>& unknowns,
                    const std::array<const Eigen::Matrix<double, 8, 6>*, 4>& J,
                    const Eigen::Matrix<double, 8, 1>& r, double weight);
@@ -39,9 +39,9 @@ class BlockSystem {
   [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
   [[nodiscard]] const Sparse& lower() const { return H_; }
   using Block = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
-  /// A block of the lower triangle, row >= column; empty if the two share no residual.
+  /// A block of the lower triangle (row >= column); empty if its two unknowns share no residual.
   [[nodiscard]] std::optional<Block> block(int row, int column) const;
-  /// Calls visit(row, block) for every block of a block column.
+  /// Calls visit(row, block) for every block in a block column.
   template <class Visit>
   void for_column(int column, const Visit& visit) const {
     for (int at = first_[static_cast<std::size_t>(column)]; at < first_[static_cast<std::size_t>(column) + 1];
@@ -57,16 +57,16 @@ class BlockSystem {
 
  private:
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  /// Adds M to a block, or its transpose if the block is above the diagonal.
+  /// Adds M to a block; for a block above the diagonal, adds its transpose to the mirrored block.
   void add_to_block(int row, int column, const Matrix6& M);
-  /// Index of the first entry of block `row` within each column of block column `column`.
+  /// Index of the first entry of block `row` within each scalar column of block column `column`.
   [[nodiscard]] int place(int row, int column) const;
   [[nodiscard]] Block at_place(int row, int column, int start) const;
 
   std::vector<int> dimensions_;
-  std::vector<int> offsets_;               ///< first scalar of each unknown
-  std::vector<int> first_;                 ///< of each block column: its first entry in rows_
-  std::vector<std::pair<int, int>> rows_;  ///< (block row, place), by block column, rows ascending
+  std::vector<int> offsets_;               ///< index of the first scalar of each unknown
+  std::vector<int> first_;                 ///< index in rows_ of the first entry of each block column
+  std::vector<std::pair<int, int>> rows_;  ///< (block row, place), sorted by block column, then by row
   Sparse H_;
   Eigen::VectorXd gradient_;
 };

@@ -23,7 +23,7 @@ Eigen::MatrixXd dense(const BlockSystem& system) {
   return lower.selfadjointView<Eigen::Lower>();
 }
 
-/// A residual of some unknowns.
+/// A residual that depends on some of the unknowns.
 struct Residual {
   std::vector<int> unknowns{};
   std::vector<Eigen::MatrixXd> J{};
@@ -53,7 +53,8 @@ struct Problem {
   }
 };
 
-/// Images (6) that observe tags (6) through two cameras with the given numbers of parameters.
+/// Images that observe tags through two cameras. Poses have 6 parameters, and cameras have the given numbers
+/// of parameters.
 Problem images_of_tags(Random& random, int first_lens, int second_lens) {
   constexpr int kPictures = 12;
   constexpr int kTags = 4;
@@ -134,7 +135,7 @@ TEST(BlockSystem, AddsCornersLikeAnyOtherResidual) {
     BlockSystem plain = corners;
     std::array<Jacobian, 4> J;
     for (Jacobian& one : J) one = random_matrix(random, 8, 6);
-    J[2] = -J[0];  // moving the rig is the same as moving the body the other way
+    J[2] = -J[0];  // moving the rig has the same effect as moving the body in the opposite direction
     const Eigen::Matrix<double, 8, 1> r = random_matrix(random, 8, 1);
     corners.add_corners(unknowns, {&J[0], &J[1], &J[2], &J[3]}, r, 0.7);
     std::vector<Part> parts;
@@ -153,7 +154,7 @@ TEST(BlockSystem, HasNoBlockForUncoupledUnknowns) {
   EXPECT_FALSE(system.block(2, 1));
 }
 
-/// Camera blocks (2 to 8 scalars) among those of poses (6).
+/// Blocks for cameras (2 to 8 scalars) are mixed with blocks for poses (6).
 TEST(FrontCholesky, SolvesAndInvertsBlocksOfDifferentSizes) {
   constexpr double kDamping = 0.01;
   constexpr double kFloor = 1e-3;

@@ -18,7 +18,7 @@ namespace {
 
 using Part = BlockSystem::Part;
 
-/// Accumulates terms; one overload per kind of term.
+/// Accumulates terms, with one overload for each kind of term.
 class Accumulator {
  public:
   Accumulator(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system)
@@ -30,7 +30,8 @@ class Accumulator {
     CornerJacobians J;
     J.wants_rig = at(term.rig) >= 0;
     J.wants_cam = at(term.cam) >= 0;
-    J.wants_body = at(term.body) >= 0 && (!J.wants_rig || lens >= 0);  // otherwise it is minus the rig's
+    // The Jacobian of the body is otherwise minus that of the rig.
+    J.wants_body = at(term.body) >= 0 && (!J.wants_rig || lens >= 0);
     J.wants_tag = at(term.tag) >= 0;
     const CornerPoses poses{pose(term.rig), pose(term.cam), pose(term.body), pose(term.tag)};
     const auto r = corner_residual(term.factor, bundle_.cameras[term.camera], poses, system_ ? &J : nullptr);
@@ -116,7 +117,8 @@ class Accumulator {
     Eigen::RowVector3d J;
     const Eigen::Matrix<double, 1, 1> r(
         point_distance_residual(term.measured_m, term.sigma_m, a.map_p, b.map_p, &J));
-    const double same_body = term.a.body == term.b.body ? 1 : 0;  // its Jacobian is the sum of both parts
+    // The Jacobian of a common body is the sum of both parts.
+    const double same_body = term.a.body == term.b.body ? 1 : 0;
     const Row J_body_a = J * (a.J_p_body - same_body * b.J_p_body);
     const Row J_body_b = -J * b.J_p_body;
     const Row J_tag_a = J * a.J_p_tag;
@@ -172,7 +174,7 @@ class Accumulator {
   }
   [[nodiscard]] const SE3& pose(PoseIndex i) const { return bundle_.poses[i].value; }
   [[nodiscard]] int at(PoseIndex i) const { return unknowns_.of_pose[i]; }
-  /// A row vector as a column-major matrix, as Part requires.
+  /// A row vector as a column-major matrix, as required by Part.
   static Eigen::Map<const Eigen::MatrixXd> columns(const Eigen::Matrix<double, 1, 6>& row) {
     return {row.data(), 1, 6};
   }
@@ -209,7 +211,7 @@ void for_poses_of_terms(const Bundle& bundle, const Visit& visit) {
   for (const DirectionTerm& t : bundle.directions) visit(std::array{t.body, t.tag});
 }
 
-/// Adds the intrinsics of free cameras with terms in use.
+/// Adds the intrinsics of the free cameras that have terms in use.
 void add_intrinsics(const Bundle& bundle, Unknowns& unknowns) {
   if (std::ranges::none_of(bundle.intrinsics, &BundleIntrinsics::free)) return;
   unknowns.of_intrinsics.assign(bundle.cameras.size(), -1);
@@ -326,7 +328,7 @@ int disable_invisible(Bundle& bundle) {
   return invisible;
 }
 
-/// Values that a step changes, kept to restore them.
+/// Values that a step changes, saved so that they can be restored.
 struct Values {
   std::vector<BundlePose> poses;
   std::vector<BundleScales> scales;
@@ -334,7 +336,7 @@ struct Values {
   std::vector<BundleIntrinsics> intrinsics;
 };
 
-/// Adapts a bundle to levenberg_marquardt(): normal equations and their factorisation.
+/// Adapts a bundle to levenberg_marquardt(). Contains the normal equations and their factorisation.
 class BundleProblem {
  public:
   BundleProblem(Bundle& bundle, const Unknowns& unknowns, const BundleOptions& options,
@@ -348,7 +350,7 @@ class BundleProblem {
         fronts_(internal::front_plan(system_)),
         keeps_(internal::worth_keeping(fronts_, system_)),
         cholesky_(system_, fronts_) {}
-  BundleProblem(const BundleProblem&) = delete;  // its parts refer to each other
+  BundleProblem(const BundleProblem&) = delete;  // cannot be copied, because its parts refer to each other
   BundleProblem& operator=(const BundleProblem&) = delete;
 
   double linearize() { return cost_ = internal::accumulate(bundle_, unknowns_, robust_chi2_, &system_); }
@@ -357,7 +359,7 @@ class BundleProblem {
   }
   [[nodiscard]] const Eigen::VectorXd& gradient() const { return system_.gradient(); }
   std::optional<Eigen::VectorXd> damped_step(double damping) {
-    constexpr double kShare = 0.1;  // of the gain at which the search ends
+    constexpr double kShare = 0.1;  // share of the gain at which the search ends
     return keeps_ ? kept_.step(system_, damping, kShare * relative_gain_ * cost_)
                   : internal::damped_step(cholesky_, system_, damping);
   }
@@ -450,7 +452,7 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   std::ranges::copy_if(wanted, std::back_inserter(unknowns.couplings), both);
   BlockSystem system(unknowns.dimensions, unknowns.couplings);
   internal::accumulate(bundle, unknowns, 0, &system);
-  // An undetermined direction gets a standard deviation of 1e3 m or rad instead of an infinite one.
+  // An undetermined direction is given a standard deviation of 1e3 m or rad instead of an infinite one.
   constexpr double kFloor = 1e-6;
   constexpr double kUndetermined = 1e3;
   const auto read = [&](const auto& block_of) {
@@ -472,7 +474,7 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   const internal::FrontPlan fronts = internal::front_plan(system);
   internal::FrontCholesky cholesky(system, fronts);
   if (!cholesky.factorize(0, kFloor)) {
-    // The covariance is unknown, and zeros would claim exact poses.
+    // The covariance is unknown; zeros would mean that the poses are exact.
     read([&](int unknown) {
       const int n = system.dimension(unknown);
       return Eigen::MatrixXd(kUndetermined * kUndetermined * Eigen::MatrixXd::Identity(n, n));

@@ -13,8 +13,9 @@
 #include "waymark/factors/pose_factors.hpp"
 #include "waymark/geometry/se3.hpp"
 
-/// A least-squares problem over poses as plain values: unknowns and measurements. It describes a robot among
-/// tags on walls, several cameras on a rig, and fixed cameras that observe tags on moving bodies.
+/// A least-squares problem over poses represented as plain values, both unknowns and measurements. It can
+/// describe a robot among tags on walls, several cameras on a rig, and fixed cameras that observe tags on
+/// moving bodies.
 namespace waymark {
 
 namespace internal {
@@ -25,19 +26,20 @@ class KeptFactor;
 /// Index into Bundle::poses.
 using PoseIndex = std::size_t;
 
-/// A pose. Its value is the start of the search, and afterwards the result.
+/// A pose. Its value is the starting point of the search and, afterwards, the result.
 struct BundlePose {
   SE3 value{};
-  bool fixed = false;  ///< not an unknown
+  bool fixed = false;  ///< whether the pose is held constant instead of being an unknown
 };
 
-/// Tag corners: cam_T_tag = (rig cam)^-1 body tag, with the indices of these poses.
+/// The corners of a tag with cam_T_tag = (rig cam)^-1 body tag, given by the indices of these four poses.
 struct CornerTerm {
   PoseIndex rig = 0, cam = 0, body = 0, tag = 0;
   std::size_t camera = 0;  ///< index into Bundle::cameras
   CornerFactor factor{};
-  bool used = true;          ///< false: an outlier, which is evaluated but not in the cost
-  bool unconfirmed = false;  ///< no other observation confirms it; unused until all other poses are estimated
+  bool used = true;  ///< false for an outlier, which is evaluated but does not add to the cost
+  /// No other observation confirms it; it is unused until all other poses are estimated.
+  bool unconfirmed = false;
 };
 
 struct PriorTerm {
@@ -52,7 +54,7 @@ struct RelativeTerm {
   PoseIndex a = 0, b = 0;
   RelativePoseFactor factor{};
 };
-/// Wheel odometry; `scales`: index into Bundle::odometry_scales.
+/// Wheel odometry. `scales`: index into Bundle::odometry_scales.
 struct OdometryTerm {
   PoseIndex a = 0, b = 0;
   std::size_t scales = 0;
@@ -71,24 +73,24 @@ struct CoordinateTerm {
   CoordinateFactor factor{};
 };
 
-/// A point of a tag: its body, the pose of the tag on the body, and the point in the tag's frame.
+/// A point on a tag, given by its body, the pose of the tag on the body, and the point in the tag's frame.
 struct BundlePoint {
   PoseIndex body = 0, tag = 0;
   Eigen::Vector3d tag_p = Eigen::Vector3d::Zero();
 };
-/// Distance between points of two tags that share no pose.
+/// Distance between points on two tags that share no tag pose.
 struct PointDistanceTerm {
   BundlePoint a{}, b{};
   double measured_m = 0, sigma_m = 0.01;
 };
-/// Coordinate of a point of a tag along a direction (unit length) of the map.
+/// Coordinate of a point on a tag along a direction in the map (of unit length).
 struct PointCoordinateTerm {
   BundlePoint point{};
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
   double measured_m = 0, sigma_m = 0.01;
 };
 
-/// An axis of a tag that is parallel or antiparallel to a direction of the map.
+/// An axis of a tag that is parallel or antiparallel to a direction in the map.
 struct DirectionTerm {
   PoseIndex body = 0, tag = 0;
   DirectionFactor factor{};
@@ -96,26 +98,26 @@ struct DirectionTerm {
 
 struct BundleScales {
   OdometryScales value{};
-  /// Prior standard deviations around 1, 1, 0, …. Scales beyond the first two are unknowns only if all are
-  /// positive.
+  /// Standard deviations of the priors, whose means are 1, 1, 0, 0, …. Scales beyond the first two are
+  /// unknowns only if all are positive.
   OdometryScales sigma{0.1, 0.3};
   bool fixed = false;
 
   [[nodiscard]] int unknowns() const { return sigma.vector().minCoeff() > 0 ? OdometryScales::kCount : 2; }
 };
 
-/// Parameters of a camera (intrinsics_of) as unknowns with a prior.
+/// Parameters of a camera (see intrinsics_of) as unknowns with a prior.
 struct BundleIntrinsics {
   Eigen::VectorXd prior{};
-  Eigen::VectorXd sigma{};  ///< of the prior; empty: the camera is fixed
-  bool possible = true;     ///< false: a step led to invalid camera parameters
+  Eigen::VectorXd sigma{};  ///< standard deviations of the prior; empty if the camera is fixed
+  bool possible = true;     ///< false if a step led to invalid camera parameters
 
   [[nodiscard]] bool free() const { return sigma.size() > 0; }
 };
 
 struct Bundle {
   std::vector<CameraModel> cameras{};
-  std::vector<BundleIntrinsics> intrinsics{};  ///< by camera; empty: all are fixed
+  std::vector<BundleIntrinsics> intrinsics{};  ///< for each camera; empty if all are fixed
   std::vector<BundlePose> poses{};
   std::vector<BundleScales> odometry_scales{};
   std::vector<CornerTerm> corners{};
@@ -159,26 +161,27 @@ struct BundleOptions {
 struct BundleSummary {
   bool converged = false;
   int iterations = 0;
-  double initial_cost = 0;  ///< half the sum of squared whitened residuals, with the robust loss if set
+  /// Half the sum of squared whitened residuals, with the robust loss if one is set.
+  double initial_cost = 0;
   double final_cost = 0;
-  int invisible = 0;     ///< corner terms that could not be evaluated at the start and were excluded
-  bool stopped = false;  ///< by BundleProgress; the poses have not converged
-  std::string why{};     ///< reason as text if not usable
+  int invisible = 0;     ///< corner terms that were excluded because they could not be evaluated at the start
+  bool stopped = false;  ///< stopped by BundleProgress before the poses converged
+  std::string why{};     ///< the reason as text if the result is not usable
 
   [[nodiscard]] bool usable() const { return why.empty() && !stopped; }
 };
 
-/// Called before each step with the number of steps so far and the cost. Return false to stop the search; the
-/// result is then not usable.
+/// Called before each step with the number of steps so far and the cost. Returning false stops the search,
+/// and the result is then not usable.
 using BundleProgress = std::function<bool(int iteration, double cost)>;
 
-/// Minimises the cost from the current poses by Levenberg-Marquardt (Triggs et al., "Bundle Adjustment - A
-/// Modern Synthesis", 2000, sections 3 and 6: sparse Cholesky of the normal equations in a fill-reducing
-/// order). Corner terms of tags behind the camera at the start are excluded (used = false). Unknowns that no
-/// term determines stay near their start. Deterministic, single-threaded.
+/// Minimises the cost, starting from the current poses, by Levenberg-Marquardt (Triggs et al., "Bundle
+/// Adjustment - A Modern Synthesis", 2000, sections 3 and 6: sparse Cholesky of the normal equations in a
+/// fill-reducing order). Corner terms of tags behind the camera at the start are excluded (used = false).
+/// Unknowns that no term determines stay near their starting values. Deterministic, single-threaded.
 BundleSummary solve(Bundle& bundle, const BundleOptions& options = {}, const BundleProgress& progress = {});
 
-/// Runs one of several searches over the same poses. `kept` contains a factor that later searches reuse.
+/// Runs one of several searches over the same poses. `kept` contains a factor that later searches can reuse.
 BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress,
                     internal::KeptFactor& kept);
 
@@ -188,15 +191,16 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
 /// The squared whitened residual of each corner term (8 residuals each); infinite if the tag is not visible.
 [[nodiscard]] std::vector<double> corner_chi2(const Bundle& bundle);
 
-/// Covariance of the result: blocks of the inverse of the information matrix.
+/// Covariance of the result, given as blocks of the inverse of the information matrix.
 struct BundleCovariance {
-  /// Of each pose in its left tangent; zero for fixed poses. A standard deviation of 1e3 in every direction
-  /// if the information matrix could not be factorised.
+  /// Covariance of each pose in its left tangent; zero for fixed poses. If the information matrix could not
+  /// be factorised, the standard deviation is 1e3 in every direction.
   std::vector<Matrix6> poses{};
-  std::vector<Matrix6> scales{};              ///< of OdometryScales::vector(); zero if fixed
-  std::vector<Eigen::MatrixXd> intrinsics{};  ///< by camera; empty if fixed
-  std::vector<std::size_t> undetermined{};    ///< poses (by index) with an undetermined direction
-  std::vector<Matrix6> pairs{};               ///< of the requested pairs: rows first, columns second
+  std::vector<Matrix6> scales{};              ///< in the order of OdometryScales::vector(); zero if fixed
+  std::vector<Eigen::MatrixXd> intrinsics{};  ///< for each camera; empty if fixed
+  std::vector<std::size_t> undetermined{};    ///< indices of poses with an undetermined direction
+  /// Cross-covariances of the requested pairs (rows: first pose, columns: second pose).
+  std::vector<Matrix6> pairs{};
 };
 
 /// Marginal covariance of every unknown at the current poses, from the terms in use, without a robust loss.
@@ -210,21 +214,22 @@ namespace internal {
 /// Poses, scales and intrinsics of a bundle that are unknowns of the linear system, and their positions in
 /// it.
 struct Unknowns {
-  std::vector<int> of_pose{};  ///< number of the unknown; -1: fixed or in no term
+  std::vector<int> of_pose{};  ///< index of each pose's unknown; -1 if the pose is fixed or in no term
   std::vector<int> of_scales{};
-  std::vector<int> of_intrinsics{};  ///< by camera; empty if all are fixed
+  std::vector<int> of_intrinsics{};  ///< for each camera; empty if all are fixed
   std::vector<int> dimensions{};
   std::vector<std::pair<int, int>> couplings{};
 };
 
 [[nodiscard]] Unknowns unknowns_of(const Bundle& bundle);
 
-/// Adds every term in use to the system (nullptr: computes only the cost). Applies the Cauchy loss to tags
-/// from robust_chi2 on, as reweighted least squares. Returns the cost; infinite if a corner term in use is
-/// not visible.
+/// Adds every term in use to the system; computes only the cost if `system` is nullptr. Applies the Cauchy
+/// loss with scale robust_chi2 to the tags, as reweighted least squares. Returns the cost, which is infinite
+/// if a tag of a corner term in use is not visible.
 double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system);
 
-/// Applies a step of the system: poses by exp on the left, scales and intrinsics by addition.
+/// Applies a step of the system. Poses are multiplied by the exponential of the step on the left; for scales
+/// and intrinsics, the step is added.
 void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::VectorXd& step, Bundle& bundle);
 
 }  // namespace internal

@@ -1,5 +1,5 @@
-// Bundle adjustment compared with ground truth, with the dense inverse, and over many draws of its noise;
-// then invariants of any bundle.
+// Bundle adjustment compared with ground truth, with the dense inverse, and over many draws of the noise;
+// then the invariants of every bundle.
 #include "waymark/mapping/solver/bundle.hpp"
 
 #include <algorithm>
@@ -29,7 +29,8 @@ CameraModel lens() {
 }
 
 /// A rig of two cameras that moves along a wall of tags. The mounting of the second camera is unknown. A body
-/// with two tags is visible in both. Everything is noise-free, and poses are the ground truth.
+/// with two tags is visible in both cameras. All measurements are noise-free, and the poses are the ground
+/// truth.
 struct Scene {
   Bundle bundle{};
   std::vector<SE3> truth{};
@@ -155,8 +156,8 @@ TEST(Bundle, CovarianceIsConsistent) {
       ++poses;
     }
   }
-  // Poses of one draw are correlated; draws are independent: 40 draws of chi-square with 6 degrees of freedom
-  // have a mean of 6 +- 0.55 even if all poses of a draw had the same error.
+  // Poses within a draw are correlated, but draws are independent. The mean over 40 draws of chi-square with
+  // 6 degrees of freedom is 6 +- 0.55, even if all poses of a draw have the same error.
   EXPECT_NEAR(nees / poses, 6, 3 * std::sqrt(2 * 6.0 / kDraws));
   const auto unknowns = internal::unknowns_of(scene.bundle);
   const double redundancy = 8.0 * static_cast<double>(scene.bundle.corners.size()) -
@@ -166,7 +167,7 @@ TEST(Bundle, CovarianceIsConsistent) {
 
 TEST(Bundle, ReportsUndeterminedPoses) {
   Scene scene = make_scene(8);
-  // A pose of which only the height is measured.
+  // A pose for which only the height is measured.
   const PoseIndex loose = scene.bundle.add({});
   scene.bundle.coordinates.push_back({loose, {Eigen::Vector3d::UnitZ(), 1.0, 0.01}});
   EXPECT_TRUE(solve(scene.bundle).usable());
@@ -203,7 +204,7 @@ TEST(Bundle, OdometryScalesAreFound) {
 }
 
 TEST(Bundle, TurnNoiseDoesNotBiasScalesTowardsZero) {
-  // Mostly straight with an occasional turn: most of the measured turning is noise.
+  // The drive is mostly straight with an occasional turn, so most of the measured turning is noise.
   constexpr double kYaw = 0.9;
   constexpr double kSlip_s = 0.08;
   constexpr double kDt_s = 0.1;
@@ -260,8 +261,8 @@ TEST(Bundle, ACovarianceThatCannotBeComputedIsNotZero) {
   EXPECT_GT(P.poses[first].diagonal().minCoeff(), 0);
 }
 
-// Invariants of any bundle. The frame, the order of terms and the unit of length do not matter; more
-// information never increases the covariance; non-finite input gives no usable result.
+// Invariants of every bundle. The frame, the order of terms and the unit of length do not matter; more
+// information never increases the covariance; non-finite input never yields a usable result.
 
 constexpr double kWallSigmaPx = 0.2;
 constexpr std::size_t kTags = 6;
@@ -436,7 +437,7 @@ TEST(BundleLaws, ATagBehindTheCameraIsExcluded) {
   EXPECT_TRUE(std::isinf(corner_chi2(bundle).back()));
 }
 
-/// The bundle with an unknown camera, with a prior at `given`.
+/// The bundle with an unknown camera whose prior mean is `given`.
 Bundle with_free_camera(Bundle bundle, const Eigen::VectorXd& given) {
   bundle.cameras = {with_intrinsics(bundle.cameras[0], given).value()};
   BundleIntrinsics free{.prior = given};
@@ -465,10 +466,10 @@ TEST(BundleLaws, AFreeCameraConvergesFromAWrongStart) {
   given.head<4>() += Eigen::Vector4d(4, 4, -3, 2);
   Bundle free = with_free_camera(truth, given);
   Bundle near = with_free_camera(truth, intrinsics_of(truth.cameras[0]));
-  near.intrinsics = free.intrinsics;  // the same prior, another start
+  near.intrinsics = free.intrinsics;  // the same prior, but another starting value
   const BundleOptions to_the_end{.relative_gain = 1e-14};
   ASSERT_TRUE(solve(free, to_the_end).usable() && solve(near, to_the_end).usable());
-  EXPECT_NEAR(cost(free), cost(near), 1e-6 * cost(near)) << "the same minimum from both starts";
+  EXPECT_NEAR(cost(free), cost(near), 1e-6 * cost(near)) << "both starting values lead to the same minimum";
   const Eigen::VectorXd off = intrinsics_of(free.cameras[0]) - intrinsics_of(near.cameras[0]);
   EXPECT_LT(off.cwiseQuotient(free.intrinsics[0].sigma).cwiseAbs().maxCoeff(), 0.01);
 }
@@ -477,7 +478,7 @@ TEST(BundleLaws, InvalidCameraParametersAreRejected) {
   Bundle bundle = wall(15);
   Eigen::VectorXd given = intrinsics_of(bundle.cameras[0]);
   Bundle free = with_free_camera(bundle, given);
-  free.intrinsics[0].prior[0] = -500;  // pulls towards an invalid focal length
+  free.intrinsics[0].prior[0] = -500;  // pulls the estimate towards an invalid focal length
   free.intrinsics[0].sigma[0] = 0.001;
   const BundleSummary summary = solve(free, {.max_iterations = 30});
   EXPECT_LE(summary.final_cost, summary.initial_cost);

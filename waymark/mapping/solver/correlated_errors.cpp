@@ -12,7 +12,7 @@ namespace waymark {
 namespace {
 
 using Residual = Eigen::Matrix<double, 8, 1>;
-using Series = std::map<std::size_t, Residual>;  ///< by frame
+using Series = std::map<std::size_t, Residual>;  ///< residuals by frame
 
 using AllSeries = std::map<std::pair<std::size_t, PoseIndex>, Series>;
 
@@ -72,7 +72,7 @@ namespace {
 
 using internal::BlockSystem;
 
-/// The unknowns of a bundle without its measurements.
+/// The bundle with its unknowns but without its measurements.
 Bundle without_terms(const Bundle& all) {
   return {.cameras = all.cameras,
           .intrinsics = all.intrinsics,
@@ -80,7 +80,8 @@ Bundle without_terms(const Bundle& all) {
           .odometry_scales = all.odometry_scales};
 }
 
-/// Measurements in stretch `which` and priors of its poses; -1: priors of poses in no stretch.
+/// The measurements in stretch `which` and the priors on its poses; if `which` is -1, the priors on poses in
+/// no stretch.
 Bundle terms_of(const Bundle& all, const std::vector<int>& stretch, int which) {
   Bundle part = without_terms(all);
   std::ranges::copy_if(all.priors, std::back_inserter(part.priors),
@@ -104,7 +105,7 @@ Bundle terms_of(const Bundle& all, const std::vector<int>& stretch, int which) {
   return part;
 }
 
-/// Columns of the inverse for some unknowns, in their order.
+/// Columns of the inverse for the given unknowns, in the same order.
 Eigen::MatrixXd inverse_columns(const BlockSystem& system, const internal::FrontCholesky& cholesky,
                                 const std::vector<int>& unknowns) {
   std::vector<Eigen::Index> scalars;
@@ -118,11 +119,11 @@ Eigen::MatrixXd inverse_columns(const BlockSystem& system, const internal::Front
   return columns;
 }
 
-/// Change of the requested parameters due to the measurements of each stretch; one row per stretch.
+/// The change in the requested parameters due to the measurements of each stretch; one row per stretch.
 Eigen::MatrixXd influences(const Bundle& bundle, const internal::Unknowns& unknowns,
                            const std::vector<int>& stretch, const Eigen::MatrixXd& X, BlockSystem& system) {
   internal::accumulate(without_terms(bundle), unknowns, 0, &system);
-  const Eigen::VectorXd of_nothing = system.gradient();  // only priors of scales and of intrinsics
+  const Eigen::VectorXd of_nothing = system.gradient();  // contains only the priors on scales and intrinsics
   const int last = stretch.empty() ? -1 : *std::ranges::max_element(stretch);
   Eigen::MatrixXd moved(last + 1, X.cols());
   Eigen::Index stretches = 0;
@@ -135,12 +136,13 @@ Eigen::MatrixXd influences(const Bundle& bundle, const internal::Unknowns& unkno
   return moved.topRows(stretches);
 }
 
-/// Covariances between stretches up to this many apart are included, with decreasing weights.
+/// Covariances between stretches that are up to this many stretches apart are included, with decreasing
+/// weights.
 constexpr Eigen::Index kBandwidth = 4;
 
-/// Covariance of the sum of the rows (Newey and West, equation (5)). Enlarged for the bias due to rows that
-/// sum to nearly zero (Kiefer and Vogelsang, section 3). Also enlarged for its uncertainty, by the ratio of
-/// the variances of Student's t and a normal distribution.
+/// Covariance of the sum of the rows (Newey and West, equation (5)). It is enlarged to correct the bias that
+/// arises because the rows sum to nearly zero (Kiefer and Vogelsang, section 3). It is also enlarged to
+/// account for its own uncertainty, by the ratio of the variances of Student's t and a normal distribution.
 Eigen::MatrixXd long_run_covariance(const Eigen::MatrixXd& rows) {
   Eigen::MatrixXd P = rows.transpose() * rows;
   const Eigen::Index count = rows.rows();

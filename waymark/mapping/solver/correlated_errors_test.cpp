@@ -1,5 +1,5 @@
-// Number of successive images with persistent errors that count as one. Then the covariance from the
-// stretches of a drive, compared with actual errors over many draws.
+// Tests the number of successive images with persistent errors that count as one. Then compares the
+// covariance estimated from the stretches of a drive with the actual errors over many draws.
 #include "waymark/mapping/solver/correlated_errors.hpp"
 
 #include <cmath>
@@ -21,8 +21,8 @@ struct Film {
 
 double counted(const Film& film) { return correlated_frames(film.bundle, film.frames); }
 
-/// One tag in front of a camera. The error of each corner is a first-order process, `keep` times the previous
-/// error plus a new one, plus white noise of `white`.
+/// One tag in front of a camera. The error of each corner is a first-order process (`keep` times the previous
+/// error, plus a new one) plus white noise with standard deviation `white`.
 Film film_with_errors(double keep, std::size_t frames, std::uint64_t seed, double white = 0) {
   Random random(seed);
   Film film;
@@ -59,7 +59,7 @@ TEST(CorrelatedFrames, PersistentErrorsGiveTheirAutocorrelationTime) {
 }
 
 TEST(CorrelatedFrames, ASmallPersistentPartIsCountedInFull) {
-  // 1 + 2 share sum keep^k with a share of a fifth; the correlation is below 0.05 from the seventh image on.
+  // 1 + 2 share sum keep^k with share = 1/5; the correlation is below 0.05 from the seventh image on.
   EXPECT_NEAR(counted(film_with_errors(0.8, 8000, 5, 2)), 1 + 2 * 0.2 * 0.8 / 0.2, 0.25);
 }
 
@@ -81,8 +81,8 @@ struct Drive {
   StretchQuestion question{};
 };
 
-/// A straight drive along fixed poses. The distance scale is 1, and odometry errors are equal over
-/// `steps_alike` steps; the mounting is determined only by its prior.
+/// A straight drive along fixed poses. The distance scale is 1. Odometry errors stay the same for
+/// `steps_alike` steps. The mounting is determined only by its prior.
 Drive drive(std::uint64_t seed, int steps_alike) {
   Random random(seed);
   Drive made;
@@ -106,7 +106,8 @@ Drive drive(std::uint64_t seed, int steps_alike) {
   return made;
 }
 
-/// RMS error of the distance scale in estimated standard deviations, from stretches and from the model.
+/// RMS error of the distance scale in units of its standard deviation, as estimated from stretches and from
+/// the model.
 struct Scores {
   double by_stretches = 0, by_model = 0;
 };

@@ -14,7 +14,7 @@ using Lists = std::vector<std::vector<int>>;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Unknowns in the order of their elimination.
+/// The unknowns in elimination order.
 std::vector<int> minimum_degree(int unknowns, const std::vector<std::pair<int, int>>& couplings) {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(2 * couplings.size() + at(unknowns));
@@ -39,7 +39,7 @@ Lists columns_of_factor(const std::vector<int>& order, const std::vector<std::pa
     const auto [early, late] = std::minmax(step[at(a)], step[at(b)]);
     columns[at(early)].push_back(late);
   }
-  // A column passes its entries to its parent, the first of them.
+  // A column passes its entries to its parent, which is the first of these steps.
   for (std::vector<int>& column : columns) {
     std::ranges::sort(column);
     column.erase(std::ranges::unique(column).begin(), column.end());
@@ -50,16 +50,16 @@ Lists columns_of_factor(const std::vector<int>& order, const std::vector<std::pa
   return columns;
 }
 
-/// A front under construction.
+/// A front that is being built.
 struct Draft {
-  std::vector<int> own{};   ///< steps
-  std::vector<int> rows{};  ///< later steps
+  std::vector<int> own{};   ///< steps eliminated in this front
+  std::vector<int> rows{};  ///< later steps coupled to them
   int zeros = 0;            ///< stored entries that are structurally zero
   int parent = -1;
-  double work = 0;  ///< of its subtree
+  double work = 0;  ///< amount of work in its subtree
 };
 
-/// Number of stored zeros if the next step is eliminated in the same front.
+/// The number of stored zeros if the next step is eliminated in the same front.
 int zeros_when_joined(const Draft& draft, std::size_t rows) {
   return draft.zeros + static_cast<int>(draft.own.size() * (rows + 1 - draft.rows.size()));
 }
@@ -72,7 +72,7 @@ bool worth_joining(const Draft& draft, std::size_t rows) {
 
 std::vector<Draft> drafts_of(Lists columns) {
   std::vector<Draft> drafts;
-  Lists waiting(columns.size());  // drafts by the step that is their first row
+  Lists waiting(columns.size());  // drafts, listed by the step that is their first row
   for (std::size_t s = 0; s < columns.size(); ++s) {
     std::vector<int>& rows = columns[s];
     int best = -1;
@@ -98,7 +98,7 @@ std::vector<Draft> drafts_of(Lists columns) {
   return drafts;
 }
 
-/// Drafts in postorder. The child with the most work is first, which keeps the stack of updates small.
+/// The drafts in postorder. The child with the most work comes first, which keeps the stack of updates small.
 std::vector<int> postorder(std::vector<Draft>& drafts) {
   std::vector<int> by_last_step(drafts.size());
   for (std::size_t i = 0; i < drafts.size(); ++i) by_last_step[i] = static_cast<int>(i);
@@ -114,7 +114,7 @@ std::vector<int> postorder(std::vector<Draft>& drafts) {
   }
   std::vector<int> order;
   std::vector<int> stack = roots;
-  while (!stack.empty()) {  // parents before children; reversed below
+  while (!stack.empty()) {  // visits parents before children; the order is reversed below
     const int i = stack.back();
     stack.pop_back();
     order.push_back(i);
@@ -165,7 +165,7 @@ FrontPlan front_plan(const BlockSystem& system) {
 
 namespace {
 
-/// Writes the first scalar of each unknown within the front into `place`, indexed by unknown.
+/// Writes the index of each unknown's first scalar within the front to `place`, which is indexed by unknown.
 void set_places(const FrontPlan::Front& front, std::vector<int>& place) {
   for (std::size_t k = 0; k < front.unknowns.size(); ++k) place[at(front.unknowns[k])] = front.offsets[k];
 }
@@ -186,7 +186,8 @@ std::size_t packed(int size) { return at(size) * at(size + 1) / 2; }
 
 }  // namespace
 
-/// A stack of packed lower triangles in one array, as fronts in postorder need it (Liu 1992, section 4).
+/// A stack of packed lower triangles in one array, as required for processing fronts in postorder (Liu 1992,
+/// section 4).
 class FrontCholesky::Stack {
  public:
   explicit Stack(std::size_t numbers) : numbers_(static_cast<Eigen::Index>(numbers)) {}
@@ -199,7 +200,7 @@ class FrontCholesky::Stack {
     sizes_.push_back(size);
     used_ += packed(size);
   }
-  /// A column of the top triangle, from the diagonal down.
+  /// A column of the triangle at the top of the stack, from the diagonal down.
   [[nodiscard]] const double* column(int c) const {
     const int size = sizes_.back();
     return numbers_.data() + used_ - packed(size - c);
@@ -298,7 +299,7 @@ void FrontCholesky::add_update(std::size_t child, const Stack& updates, const st
       const double* update = updates.column(runs[c].from + k);
       auto column = F.col(runs[c].to + k);
       for (std::size_t r = c; r < runs.size(); ++r) {
-        const int above = r == c ? k : 0;  // the diagonal
+        const int above = r == c ? k : 0;  // diagonal blocks are stored only from the diagonal down
         const int rows = runs[r].size - above;
         const double* part = update + (runs[r].from + above) - (runs[c].from + k);
         column.segment(runs[r].to + above, rows) += Eigen::Map<const Eigen::VectorXd>(part, rows);
@@ -420,7 +421,7 @@ std::vector<Eigen::MatrixXd> FrontCholesky::inverse_blocks(
 
 std::optional<Eigen::VectorXd> damped_step(FrontCholesky& cholesky, const BlockSystem& system,
                                            double damping) {
-  constexpr double kDiagonalFloor = 1e-12;  // keeps undetermined unknowns in place
+  constexpr double kDiagonalFloor = 1e-12;  // keeps undetermined unknowns at their values
   if (!cholesky.factorize(damping, kDiagonalFloor)) return std::nullopt;
   Eigen::VectorXd step = cholesky.solve(-system.gradient());
   if (!step.allFinite()) return std::nullopt;
@@ -429,13 +430,13 @@ std::optional<Eigen::VectorXd> damped_step(FrontCholesky& cholesky, const BlockS
 
 namespace {
 
-/// Ends when one more iteration reduces the quadratic model by less than a given share of its mean gain (Nash
-/// and Sofer, "Assessing a search direction within a truncated-Newton method", Operations Research Letters
-/// 9(4), 1990), or by less than `negligible_gain`.
+/// Ends when one more iteration would reduce the quadratic model by less than a given share of its mean gain
+/// (Nash and Sofer, "Assessing a search direction within a truncated-Newton method", Operations Research
+/// Letters 9(4), 1990), or by less than `negligible_gain`.
 std::optional<Eigen::VectorXd> conjugate_gradients(const BlockSystem& system, double damping,
                                                    double negligible_gain,
                                                    const FrontCholesky& preconditioner) {
-  constexpr double kDiagonalFloor = 1e-12;  // keeps undetermined unknowns in place
+  constexpr double kDiagonalFloor = 1e-12;  // keeps undetermined unknowns at their values
   constexpr double kMinGainShare = 1e-3;
   constexpr int kMaxIterations = 25;
   const auto H = system.lower().selfadjointView<Eigen::Lower>();

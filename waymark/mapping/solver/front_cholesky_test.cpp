@@ -10,11 +10,12 @@ namespace {
 
 struct Shape {
   const char* name;
-  int frames, tags, seen;  ///< seen: number of tags in view, which change from frame to frame
-  bool chain, common;      ///< each frame is coupled to the next; one unknown is coupled to all
+  int frames, tags, seen;  ///< seen: number of tags in view, which differ from frame to frame
+  /// Chain: each frame is coupled to the next; common: one unknown is coupled to all others.
+  bool chain, common;
 };
 
-/// All unknowns have dimension 6 except the common one, which has 4.
+/// All unknowns have dimension 6 except the common one, which has dimension 4.
 BlockSystem system_of(const Shape& shape, Random& random) {
   std::vector<int> dimensions(static_cast<std::size_t>(shape.frames + shape.tags), 6);
   std::vector<std::pair<int, int>> couplings;
@@ -125,8 +126,8 @@ TEST(FrontCholesky, EqualsTheDenseSolutionAndInverse) {
   }
 }
 
-/// Each unknown is measured relative to the five before it, and the first has a prior. The covariance of the
-/// last is therefore computed through hundreds of nested fronts.
+/// Each unknown is measured relative to the five before it, and the first has a prior. Computing the
+/// covariance of the last unknown therefore involves hundreds of nested fronts.
 TEST(FrontCholesky, TheInverseOfALongChainMatchesItsSolution) {
   constexpr int kLength = 600;
   constexpr int kBack = 5;

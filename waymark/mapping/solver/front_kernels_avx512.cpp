@@ -1,5 +1,5 @@
-// For processors with AVX-512. Eigen is renamed because the linker would merge these templates with those of
-// the same name.
+// For processors with AVX-512. Eigen is renamed because otherwise the linker would merge these templates with
+// others of the same name.
 #define Eigen EigenForAvx512
 #include "waymark/mapping/solver/front_kernels_by_eigen.hpp"
 

@@ -9,10 +9,10 @@
 
 namespace waymark::internal {
 
-/// FrontKernels implemented with Eigen for the processor a file is compiled for; `For` makes the types
-/// distinct. A file compiled with more instructions than the rest of the program must rename Eigen (#define
-/// Eigen ...) before it includes this header. Otherwise the linker may use its templates in the whole
-/// program.
+/// FrontKernels implemented with Eigen, for the processor that the including file is compiled for. `For`
+/// makes the types distinct. A file compiled for a larger instruction set than the rest of the program must
+/// rename Eigen (#define Eigen ...) before it includes this header. Otherwise the linker may use the
+/// templates compiled there throughout the program.
 template <class For>
 struct FrontKernelsByEigen {
   using Matrix = Eigen::MatrixXd;
@@ -32,10 +32,10 @@ struct FrontKernelsByEigen {
     return true;
   }
 
-  // Let [L; B] be the columns of a panel, W = B L^-1, and Z the known inverse of the part behind the panel.
+  // Let [L; B] be the columns of a panel, W = B L^-1, and Z the known inverse of the part after the panel.
   // Then the inverse is -Z W to the left of Z, and (L L^T)^-1 + W^T Z W on the diagonal. Z is kept exactly
-  // symmetric. A symmetric error propagates from front to front by [-W^T I], as Z does, and stays small. An
-  // asymmetric error would be combined with its transpose and grow without bound.
+  // symmetric. A symmetric error propagates from front to front through [-W^T I], as Z does, and stays small.
+  // An asymmetric error would be combined with its transpose and grow without bound.
   static void invert(const double* columns, int size, int own, double* inverse) {
     constexpr int kPanel = 128;
     const GivenColumns factor(columns, size, own);

@@ -16,7 +16,7 @@ Eigen::MatrixXd positive_definite(int size, Random& random) {
   return J.transpose() * J + Eigen::MatrixXd::Identity(size, size);
 }
 
-/// Sizes below and above one panel and two panels.
+/// Sizes below and above the size of one panel and of two panels.
 class OfSize : public ::testing::TestWithParam<std::pair<int, int>> {};
 
 TEST_P(OfSize, EveryKernelEqualsTheDenseResult) {

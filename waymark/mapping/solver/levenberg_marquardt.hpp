@@ -8,16 +8,16 @@
 
 namespace waymark::internal {
 
-/// A nonlinear least-squares problem with current values of its unknowns.
+/// A nonlinear least-squares problem together with the current values of its unknowns.
 template <class P>
 concept LeastSquares = requires(P& problem, const P& same, const Eigen::VectorXd& step, double number) {
-  /// Computes the normal equations H, g at the current values; returns the cost, infinite if it cannot be
-  /// evaluated.
+  /// Computes the normal equations (H, g) at the current values. Returns the cost, which is infinite if it
+  /// cannot be evaluated.
   { problem.linearize() } -> std::same_as<double>;
   { same.cost() } -> std::same_as<double>;
-  /// g of the last linearisation.
+  /// The gradient g from the last linearisation.
   { same.gradient() } -> std::convertible_to<Eigen::VectorXd>;
-  /// -(H + damping diag(H))^-1 g; empty if the matrix is not positive definite.
+  /// The step -(H + damping diag(H))^-1 g; empty if the matrix is not positive definite.
   { problem.damped_step(number) } -> std::same_as<std::optional<Eigen::VectorXd>>;
   /// Moves the unknowns by a step.
   problem.retract(step);
@@ -27,23 +27,23 @@ concept LeastSquares = requires(P& problem, const P& same, const Eigen::VectorXd
 
 struct LevenbergMarquardtOptions {
   int max_iterations = 100;
-  double relative_gain = 1e-9;  ///< share of the cost; a step that gains less is the last
+  double relative_gain = 1e-9;  ///< as a share of the cost; the search ends after a step that gains less
   double cost_floor = 1e-12;    ///< added to the cost before gains are compared with it
-  double damping = 1e-9;        ///< for the first step
-  bool backtracks = true;       ///< a step that raises the cost is shortened before the damping grows
-  bool watchdog = false;        ///< before it is shortened, a second step from its end is tried
+  double damping = 1e-9;        ///< damping for the first step
+  bool backtracks = true;       ///< a step that raises the cost is shortened before the damping is increased
+  bool watchdog = false;        ///< before it is shortened, a second step from its end point is tried
 };
 
 struct LevenbergMarquardtEnd {
   bool converged = false;
-  bool exhausted = false;  ///< no step of any length reduces the cost, or none could be computed
-  bool stopped = false;    ///< on request
+  bool exhausted = false;  ///< no step of any length reduces the cost, or no step could be computed
+  bool stopped = false;    ///< stopped on request
   int iterations = 0;
   double cost = 0;
 };
 
-/// Halves a step that raised the cost until it reduces it. Restores the values and returns false if no part
-/// of it does.
+/// Halves a step that raised the cost until it reduces the cost. If no part of the step does, restores the
+/// values and returns false.
 template <LeastSquares Problem>
 bool shorten_step(Problem& problem, const Eigen::VectorXd& step, double cost) {
   constexpr double kMinShare = 0.05;
@@ -56,12 +56,12 @@ bool shorten_step(Problem& problem, const Eigen::VectorXd& step, double cost) {
   return false;
 }
 
-/// The cost after a second step from the end of a first one that raised the cost. Empty if the two steps
-/// together do not reduce the cost; the values are then undefined. A weakly constrained trajectory that turns
-/// as a whole distorts the relative poses of neighbours to second order, and the second step corrects exactly
-/// this. Without it, dozens of shortened steps would be needed (Chamberlain, Powell, Lemarechal and Pedersen,
-/// "The watchdog technique for forcing convergence in algorithms for constrained optimization", Mathematical
-/// Programming Studies 16, 1982).
+/// The cost after a second step from the end point of a first step that raised the cost. Empty if the two
+/// steps together do not reduce the cost; in that case, the values are undefined. A weakly constrained
+/// trajectory that turns as a whole distorts the relative poses of neighbours to second order, and the second
+/// step corrects exactly this. Without it, dozens of shortened steps would be needed (Chamberlain, Powell,
+/// Lemarechal and Pedersen, "The watchdog technique for forcing convergence in algorithms for constrained
+/// optimization", Mathematical Programming Studies 16, 1982).
 template <LeastSquares Problem>
 std::optional<double> second_step(Problem& problem, double damping, double cost, double cost_between) {
   constexpr double kMaxCostRatio = 2;
@@ -74,11 +74,11 @@ std::optional<double> second_step(Problem& problem, double damping, double cost,
   return after;
 }
 
-/// Damping from step to step. Small differences determine long chains of poses and parameters common to many
-/// of them. With n poses along a trajectory, the smallest eigenvalue of H is n^-4 of its diagonal. Damping
-/// above that keeps them from converging in one step. It therefore decreases quickly while steps gain what
-/// the model predicts, and increases by growing factors when they do not (Nielsen, "Damping Parameter in
-/// Marquardt's Method", 1999).
+/// Adapts the damping from step to step. Long chains of poses, and parameters common to many poses, are
+/// determined by small differences. With n poses along a trajectory, the smallest eigenvalue of H is n^-4
+/// times its diagonal. Damping above that prevents convergence in a single step. The damping therefore
+/// decreases quickly while steps gain what the model predicts, and increases by growing factors when they do
+/// not (Nielsen, "Damping Parameter in Marquardt's Method", 1999).
 class Damping {
  public:
   explicit Damping(double first) : damping_(first) {}
@@ -109,11 +109,11 @@ class Damping {
   double stride_ = kStride;
 };
 
-/// Minimises the cost from the current values of a linearised problem (Levenberg, "A method for the solution
-/// of certain non-linear problems in least squares", 1944; Marquardt, "An algorithm for least-squares
-/// estimation of nonlinear parameters", 1963). `cost`: result of linearize() there. `goes_on(iteration,
-/// cost)` is called before each step and ends the search by returning false. Afterwards the normal equations
-/// may not be those of the final values.
+/// Minimises the cost, starting from the current values of a linearised problem (Levenberg, "A method for the
+/// solution of certain non-linear problems in least squares", 1944; Marquardt, "An algorithm for
+/// least-squares estimation of nonlinear parameters", 1963). `cost`: the result of linearize() at these
+/// values. `goes_on(iteration, cost)` is called before each step; the search ends if it returns false. After
+/// the search, the normal equations may not be those at the final values.
 template <LeastSquares Problem, std::predicate<int, double> GoesOn>
 LevenbergMarquardtEnd levenberg_marquardt(Problem& problem, double cost,
                                           const LevenbergMarquardtOptions& options, const GoesOn& goes_on) {
@@ -146,7 +146,7 @@ LevenbergMarquardtEnd levenberg_marquardt(Problem& problem, double cost,
       end.cost = *reached;
       continue;
     }
-    problem.restore(before);  // also if the cost is infinite there
+    problem.restore(before);  // also if the cost is infinite at the new values
     end.converged = rounding;
     if (end.converged) break;
     if (!options.backtracks || !shorten_step(problem, *step, end.cost)) damping.after_failure();

@@ -1,4 +1,4 @@
-// The search on problems whose answer is known.
+// Tests the search on problems with known solutions.
 #include "waymark/mapping/solver/levenberg_marquardt.hpp"
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 const auto kGoesOn = [](int, double) { return true; };
 
-/// Residuals of some unknowns with a dense Jacobian.
+/// Residuals that depend on a few unknowns, with a dense Jacobian.
 template <class Values>
 class Dense {
  public:
@@ -77,7 +77,7 @@ struct Valley : Plane {
   }
 };
 
-/// Has no value beyond x = 0, and the first full step leads there.
+/// A function that is undefined beyond x = 0, where the first full step leads.
 struct FlatWall : Plane {
   using Plane::Plane;
   [[nodiscard]] Eigen::VectorXd residual(const Eigen::Vector2d& x) const override {
@@ -88,7 +88,7 @@ struct FlatWall : Plane {
   }
 };
 
-/// The gradient has the wrong sign: no step of any length reduces the cost.
+/// The gradient has the wrong sign, so no step of any length reduces the cost.
 struct WrongSlope : Line {
   using Line::Line;
   [[nodiscard]] Eigen::MatrixXd jacobian(const Eigen::Vector2d& x) const override {
@@ -96,8 +96,8 @@ struct WrongSlope : Line {
   }
 };
 
-/// A path with a measured start and a measured curvature at each point, so that its far end depends on all of
-/// them.
+/// A path with a measured start and a measured curvature at each point; its far end depends on all
+/// measurements.
 struct CurvedPath : Dense<Eigen::VectorXd> {
   using Dense::Dense;
   [[nodiscard]] Eigen::VectorXd residual(const Eigen::VectorXd& x) const override {
@@ -205,7 +205,7 @@ TEST_P(Search, KeepsItsValuesIfNoStepReducesTheCost) {
   EXPECT_EQ(wrong.values(), Eigen::Vector2d(50, -70));
 }
 
-/// A step along the valley floor leaves it to second order, and the next one returns to it.
+/// A step along the valley floor leaves it by a second-order distance, and the next step returns to it.
 TEST(LevenbergMarquardt, TheWatchdogStepCorrectsSecondOrderErrors) {
   const auto steps = [](bool watchdog) {
     Valley valley({0.88, 0.7744});

@@ -30,22 +30,22 @@ struct SearchOptions {
   }
 };
 
-/// Called before each iteration of a mapping search: stage, iteration, cost. Return false to end the search
-/// with an error.
+/// Called with the stage, the iteration and the cost before each iteration of a mapping search. Returning
+/// false ends the search with an error.
 using MapProgress = std::function<bool(const std::string& stage, int iteration, double cost)>;
 
 /// An observation of a mapped tag that is inconsistent with all others.
 struct RejectedObservation {
   SensorTime stamp{};
   TagId tag{};
-  double chi2 = 0;  ///< 8 degrees of freedom; infinite: the tag is not visible from the estimated pose
+  double chi2 = 0;  ///< with 8 degrees of freedom; infinite if the tag is not visible from the estimated pose
 };
 
 }  // namespace waymark
 
 namespace waymark::internal {
 
-/// The error of a search that its progress callback stopped.
+/// The error returned by a search that was stopped by its progress callback.
 inline tl::unexpected<Error> stopped_on_request() {
   return fail(ErrorCode::LimitExceeded, "stopped before the map was finished");
 }

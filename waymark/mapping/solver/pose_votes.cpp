@@ -16,9 +16,10 @@
 namespace waymark::internal {
 namespace {
 
-constexpr double kPoseVarianceFloor = 1e-5;  // no pose is more certain than about 3 mm and 3 mrad
+// No pose is assumed to be more certain than about 3 mm and 3 mrad.
+constexpr double kPoseVarianceFloor = 1e-5;
 
-/// A product of uncertain transforms; errors of the factors are independent.
+/// A product of uncertain transforms whose errors are independent.
 class Chain {
  public:
   Chain& times(const Hypothesis& next) {
@@ -46,7 +47,7 @@ class Chain {
   double chi2_ = 0;
 };
 
-/// cam_T_tag = (rig cam)^-1 body tag, solved for one of the poses.
+/// Solves cam_T_tag = (rig cam)^-1 body tag for one of the poses.
 Alternative<SE3> solved_for(Role role, const std::array<const Hypothesis*, 4>& at, const Hypothesis& Z) {
   Chain chain;
   switch (role) {
@@ -100,9 +101,9 @@ Vote<SE3> vote_for(Role role, const std::array<const std::vector<Hypothesis>*, 4
 
 namespace {
 
-constexpr std::size_t kMaxComparisons = 6;  // number of later observations of a tag to compare one with
+constexpr std::size_t kMaxComparisons = 6;  // each observation of a tag is compared with this many later ones
 constexpr std::size_t kMaxNeighbours = 12;  // neighbours tried for each comparison
-constexpr double kMedian6 = 5.348;          // of chi-square with 6 degrees of freedom
+constexpr double kMedian6 = 5.348;          // median of chi-square with 6 degrees of freedom
 
 /// Disjoint sets (union-find).
 class Groups {
@@ -154,8 +155,9 @@ class Confirmer {
   }
 
  private:
-  /// Least squared distance between the poses of a tag according to a common neighbour; infinite if there is
-  /// no common neighbour. Returns early at a distance below `enough`, and tries at most `most` neighbours.
+  /// The smallest squared distance between the poses of a tag according to a common neighbour; infinite if
+  /// there is no common neighbour. Tries at most `most` neighbours and returns as soon as a distance is below
+  /// `enough`.
   double apart_by_neighbours(std::size_t a, std::size_t b, double enough, std::size_t most) const {
     double least = std::numeric_limits<double>::infinity();
     const auto& in_a = views_[seen_[a].view];
@@ -178,8 +180,8 @@ class Confirmer {
     return least;
   }
 
-  /// Least squared distance between the poses of a tag relative to a neighbour in two views. The search ends
-  /// at the first value below `enough`.
+  /// The smallest squared distance between the poses of a tag relative to a neighbour in two views. The
+  /// search ends at the first value below `enough`.
   double apart(std::size_t a, std::size_t beside_a, std::size_t b, std::size_t beside_b,
                double enough) const {
     double least = std::numeric_limits<double>::infinity();
@@ -197,8 +199,8 @@ class Confirmer {
     return least;
   }
 
-  /// The distance according to the motion between the views; infinite if the motion is too uncertain to
-  /// distinguish tags.
+  /// The squared distance according to the motion between the views; infinite if the motion is too uncertain
+  /// to distinguish tags.
   double apart_by_motion(std::size_t a, std::size_t b) const {
     constexpr std::size_t kMaxViewGap = 30;
     const std::size_t from = seen_[a].view;
@@ -217,7 +219,7 @@ class Confirmer {
         const Matrix6 Ad = motion.value.adjoint();
         const Hypothesis moved{motion.value * tag_b.value,
                                motion.covariance + Ad * tag_b.covariance * Ad.transpose(), tag_b.chi2};
-        constexpr double kShare = 0.1;  // of the distance
+        constexpr double kShare = 0.1;  // as a share of the distance
         const double far = kShare * tag_a.value.translation().norm();
         const Eigen::Vector3d sigma2 = motion.covariance.diagonal().head<3>();
         if (sigma2.maxCoeff() < far * far) least = std::min(least, distance2(tag_a, moved));
@@ -226,7 +228,8 @@ class Confirmer {
     return least;
   }
 
-  /// Whether the tag has nearly the same size in the next view and moved by less than a third of it.
+  /// Whether the tag has nearly the same size in the next view and has moved by less than a third of its
+  /// size.
   [[nodiscard]] bool stays_in_image(std::size_t a, std::size_t b) const {
     constexpr double kMaxMoveShare = 0.33;
     constexpr double kMaxGrowth = 1.25;
@@ -235,7 +238,7 @@ class Confirmer {
            (seen_[a].centre_px - seen_[b].centre_px).norm() < kMaxMoveShare * less;
   }
 
-  /// Ratio of actual to assumed corner noise, from successive observations.
+  /// The ratio of actual to assumed corner noise, estimated from successive observations.
   double scale() const {
     std::vector<double> apart;
     for (const std::vector<std::size_t>& of_tag : tags_) {
@@ -300,7 +303,8 @@ class Confirmer {
     return result;
   }
 
-  /// Among n wrong ids of T tags, n^k / (k! T^(2k-2)) sets of k agree on the pose of a tag by chance.
+  /// Among n wrong ids in a map of T tags, n^k / (k! T^(2k-2)) sets of k ids agree on the pose of a tag by
+  /// chance.
   static int votes_beyond_chance(double wrong, double tags) {
     constexpr double kRare = 0.01;
     constexpr int kMaxVotes = 5;
@@ -315,8 +319,8 @@ class Confirmer {
   const std::vector<ViewedTag>& seen_;
   const std::vector<std::vector<Hypothesis>>& poses_;
   const std::vector<ViewMotion>& motions_;
-  std::vector<std::vector<std::size_t>> views_;  ///< observations by view, by tag in it
-  std::vector<std::vector<std::size_t>> tags_;   ///< observations by tag, in order of time
+  std::vector<std::vector<std::size_t>> views_;  ///< observations in each view, listed by the tag they show
+  std::vector<std::vector<std::size_t>> tags_;   ///< observations of each tag, in chronological order
   Groups groups_;
   double gate_ = kPoseGate;
 };

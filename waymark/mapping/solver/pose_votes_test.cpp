@@ -24,7 +24,7 @@ struct Row {
     poses.push_back({{cam_T_tag, 1e-4 * Matrix6::Identity(), 0}});
   }
   void see(std::size_t view, std::size_t tag) { see(view, tag, tag); }
-  /// Sets image positions of a camera with a focal length of 400 px.
+  /// Sets the image positions for a camera with a focal length of 400 px.
   void set_image_positions() {
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const Eigen::Vector3d p = poses[i].front().value.translation();
@@ -60,7 +60,7 @@ TEST(ConfirmedObservations, OnlyAMisreadIdIsUnconfirmed) {
     Random random(seed);
     Row row = walk(200);
     const std::size_t which = random.index(row.seen.size());
-    row.seen[which].tag = row.seen[which].tag + 4 + random.index(8);  // not a tag of its view
+    row.seen[which].tag = row.seen[which].tag + 4 + random.index(8);  // an id that does not occur in its view
     const Confirmation confirmation = row.confirmed();
     EXPECT_EQ(confirmation.unconfirmed[which], 1) << "seed " << seed;
     EXPECT_EQ(count(confirmation), 1) << "seed " << seed;
@@ -97,7 +97,7 @@ TEST(ConfirmedObservations, AKnownMotionConfirmsATagWithoutNeighbours) {
   Row row;
   for (std::size_t view = 0; view < 12; ++view) {
     row.see(view, 0);
-    if (view % 2 == 1) row.see(view, 20 + view);  // no such tag twice
+    if (view % 2 == 1) row.see(view, 20 + view);  // an id that occurs only once
     row.motions.push_back({view > 0, SE3(SO3(), {0.05, 0, 0}), 1e-6 * Matrix6::Identity()});
   }
   const Confirmation confirmation = row.confirmed();
@@ -105,7 +105,8 @@ TEST(ConfirmedObservations, AKnownMotionConfirmsATagWithoutNeighbours) {
     EXPECT_EQ(confirmation.unconfirmed[i], row.seen[i].tag == 0 ? 0 : 1) << i;
 }
 
-/// Tag 1 next to tag 0 in two views, then alone, then next to tag 2; and some wrong ids.
+/// Tag 1 appears next to tag 0 in two views, then alone, then next to tag 2. In addition, there are some
+/// wrong ids.
 Row passed_on() {
   Row row = walk(0);
   for (std::size_t view = 0; view < 20; ++view) {
@@ -113,7 +114,7 @@ Row passed_on() {
     row.see(view, 1);
     if (view >= 10) row.see(view, 2);
   }
-  for (std::size_t view = 30; view < 40; ++view) {  // pairs of ids that do not occur again
+  for (std::size_t view = 30; view < 40; ++view) {  // pairs of ids that do not occur in any other view
     row.see(view, 2 * view);
     row.see(view, 2 * view + 1);
   }
@@ -123,7 +124,7 @@ Row passed_on() {
 TEST(ConfirmedObservations, ATagThatHardlyMovesInTheImageIsConfirmed) {
   Row row = passed_on();
   const Confirmation without = row.confirmed();
-  EXPECT_EQ(without.unconfirmed[1], 1) << "next to tag 0: only two votes, and many ids are wrong";
+  EXPECT_EQ(without.unconfirmed[1], 1) << "next to tag 0, there are only two votes, and many ids are wrong";
   row.set_image_positions();
   const Confirmation with = row.confirmed();
   for (std::size_t i = 0; i < row.seen.size(); ++i)
