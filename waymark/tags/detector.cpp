@@ -15,8 +15,8 @@ namespace {
 
 using Quad = std::array<Eigen::Vector2d, 4>;
 
-/// Margin searched around a region. It includes the white margin of a tag at its rim and the neighbourhood
-/// that determines its threshold.
+/// Margin searched around a region. It includes the white margin of a tag at the edge of the region and the
+/// neighbourhood that determines the threshold there.
 constexpr std::int64_t kMarginPx = 16;
 
 /// A clipped rectangle, computed without overflow.
@@ -48,7 +48,7 @@ bool inside(const Eigen::Vector2d& point, const Span2& span) {
          point.y() >= static_cast<double>(span.y0) && point.y() < static_cast<double>(span.y1);
 }
 
-/// Whether some edge of `a` separates `a` from `b`.
+/// Whether an edge of `a` separates `a` from `b`.
 bool separated_by_an_edge_of(const Quad& a, const Quad& b) {
   for (std::size_t i = 0; i < 4; ++i) {
     const Eigen::Vector2d edge = a[(i + 1) % 4] - a[i];
@@ -129,7 +129,7 @@ Result<std::vector<FamilyId>> chosen_families(const DetectorOptions& options) {
   for (const std::string& name : options.families) {
     const Result<FamilyId> id = parse_family(name);
     if (!id) return fail(id.error().code, id.error().message, {.key = "families"}, id.error().hint);
-    // A family listed twice would report each tag twice.
+    // If a family were listed twice, each of its tags would be reported twice.
     if (std::find(ids.begin(), ids.end(), *id) == ids.end()) ids.push_back(*id);
   }
   if (ids.empty()) {

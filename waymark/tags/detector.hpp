@@ -14,7 +14,7 @@
 
 namespace waymark {
 
-/// Largest image accepted, e.g. 8192 x 8192; no side may exceed 32767.
+/// Size of the largest image accepted, e.g. 8192 x 8192; no side may exceed 32767.
 inline constexpr std::int64_t kMaxImagePixels = std::int64_t{1} << 26;
 
 /// A rectangle of pixels: [x, x + width) x [y, y + height).
@@ -30,14 +30,14 @@ class Detector {
   Detector(const Detector&) = delete;
   Detector& operator=(const Detector&) = delete;
 
-  /// All tags in the image. The list is empty for an image too small to contain a tag; an image larger than
-  /// the implementation can address is a LimitExceeded error. Thread-safe.
+  /// All tags in the image. The list is empty if the image is too small to contain a tag. An image larger
+  /// than the implementation can address results in a LimitExceeded error. Thread-safe.
   [[nodiscard]] virtual Result<std::vector<TagDetection>> detect(const ImageView& image) const = 0;
 
-  /// The tags whose centre lies in one of the given rectangles of the image (clipped to it). The search
-  /// extends a little beyond each rectangle, which therefore need not include the white margin of a tag. A
-  /// tag found in two rectangles is reported once, as its better reading. Costs about the sum of the areas:
-  /// overlapping rectangles are not merged.
+  /// The tags whose centres lie in one of the given rectangles of the image (clipped to it). The search
+  /// extends a little beyond each rectangle, so the rectangle need not include the white margin of a tag. A
+  /// tag found in two rectangles is reported once, with the better of its two readings. The cost is about
+  /// proportional to the sum of the areas: overlapping rectangles are not merged.
   [[nodiscard]] virtual Result<std::vector<TagDetection>> detect(const ImageView& image,
                                                                  std::span<const PixelRect> regions) const;
 
@@ -45,26 +45,27 @@ class Detector {
   Detector() = default;
 
  private:
-  /// [px] Cutting the image at multiples of this does not change how pixels are grouped.
+  /// Cutting the image at multiples of this value [px] does not change how pixels are grouped.
   [[nodiscard]] virtual int region_alignment_px() const { return 1; }
 };
 
-/// Sorts by tag id, then by the position of the first corner (x, then y), then by decision margin, largest
-/// first.
+/// Sorts by tag id, then by the position of the first corner (x, then y), then by decision margin in
+/// descending order.
 void sort_detections(std::vector<TagDetection>& detections);
 
-/// Keeps the best of overlapping detections of the same tag: fewest bits corrected, then largest decision
-/// margin, then lowest position. Detections that do not overlap are different prints of one tag and are all
-/// kept. The result is sorted as by sort_detections. O(n log n + pairs of the same tag).
+/// Keeps the best of several overlapping detections of the same tag: the one with the fewest corrected bits,
+/// then the largest decision margin, then the lowest position. Detections that do not overlap are different
+/// prints of one tag, and all of them are kept. The result is sorted as by sort_detections(). O(n log n +
+/// pairs of detections of the same tag).
 void remove_duplicates(std::vector<TagDetection>& detections);
 
-/// Choice of the detector and its settings. The defaults were chosen on photographs and rendered images
+/// Selects the detector and its settings. The defaults were chosen on photographs and rendered images
 /// (docs/concepts/detection.md).
 struct DetectorOptions {
   std::string detector = "waymark";
   std::vector<std::string> families = {"tag36h11"};
-  /// A conservative default. Correcting two bits instead of one finds 1.5 % more tags, but a random quad
-  /// passes as a tag 18 times as often (docs/concepts/hamming.md; Martins and Ramos, "AprilTag-based
+  /// A conservative default. Correcting two bits instead of one finds 1.5 % more tags, but a random quad is
+  /// then 18 times as likely to pass as a tag (docs/concepts/hamming.md; Martins and Ramos, "AprilTag-based
   /// Trajectory Tracking for the LIMOS Robot", section 2.3.1).
   int max_hamming = 1;
   double min_decision_margin = 0;
@@ -75,8 +76,8 @@ struct DetectorOptions {
   double decode_sharpening = 0.8;
   int min_white_black_diff = 15;
   int memory_limit_mib = 512;
-  /// Not a setting: map tags that may be in view. The detector waymark reads them with up to four wrong bits
-  /// if the cell levels are sufficient evidence; numbers of other families are ignored.
+  /// Not a user setting: map tags that may be in view. The Waymark detector reads them with up to four wrong
+  /// bits if the cell levels provide sufficient evidence. Tags of other families are ignored.
   std::vector<TagId> known_tags = {};
 
   template <class Self, class Visitor>
@@ -134,7 +135,8 @@ struct DetectorOptions {
   }
 };
 
-/// The families in the options without duplicates. Errors: an unknown family, or none.
+/// The families selected in the options, without duplicates. Fails if a family is unknown or the list is
+/// empty.
 [[nodiscard]] Result<std::vector<FamilyId>> chosen_families(const DetectorOptions& options);
 
 }  // namespace waymark

@@ -33,7 +33,7 @@ std::vector<int> numbers(const std::vector<TagDetection>& detections) {
   return out;
 }
 
-/// Reports a tag around every white pixel of the image, and records its input.
+/// Reports a tag around every white pixel of the image and records its input.
 class WhitePixels final : public Detector {
  public:
   using Detector::detect;
@@ -61,7 +61,7 @@ TEST(Regions, ReportTagsInsideInImageCoordinates) {
   Image image(300, 200);
   image.row(60)[100] = 7;
   image.row(60)[139] = 8;
-  image.row(60)[140] = 9;  // just outside
+  image.row(60)[140] = 9;  // just outside the rectangle
   const WhitePixels detector;
   const std::vector<PixelRect> regions = {{90, 50, 50, 30}};
   const auto found = detector.detect(image, regions).value();
@@ -111,7 +111,7 @@ TEST(Regions, OutsideTheImageOrWithoutAreaHaveNoTags) {
 TEST(Regions, ATagInTwoRegionsIsReportedOnce) {
   Image image(300, 200);
   image.row(60)[100] = 7;
-  image.row(90)[200] = 7;  // another print of it
+  image.row(90)[200] = 7;  // another print of the same tag
   const WhitePixels detector;
   const std::vector<PixelRect> regions = {{50, 20, 100, 100}, {90, 50, 150, 60}, {0, 0, 300, 200}};
   EXPECT_THAT(numbers(detector.detect(image, regions).value()), ElementsAre(7, 7));

@@ -47,7 +47,7 @@ Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, con
 
 Result<FoundTags> TagSequence::find(const ImageView& image, const CameraModel* camera,
                                     std::span<const ExpectedTag> expected) {
-  // Without tracking or expected tags, live and offline results are bitwise equal.
+  // Without tracking or expected tags, live and offline results are identical to the last bit.
   if (finder_->tracking.whole_every == 1 && expected.empty() && !tracker_)
     return find_tags(image, *finder_, camera);
   if (!tracker_) {
@@ -58,7 +58,7 @@ Result<FoundTags> TagSequence::find(const ImageView& image, const CameraModel* c
   auto tracked = tracker_->next(image, expected);
   if (!tracked) return tl::unexpected(tracked.error());
   FoundTags found{.detections = std::move(tracked->detections), .missed = std::move(tracked->missed)};
-  // Excludes tags that only the preceding images would predict here.
+  // Excludes tags that are predicted here only from the preceding images.
   std::erase_if(found.missed, [&](const MissedTag& missed) {
     return std::ranges::none_of(expected,
                                 [&](const ExpectedTag& tag) { return tag.tag == missed.expected.tag; });

@@ -15,45 +15,45 @@
 
 namespace waymark {
 
-/// A detector and the refinement of its corners: the common implementation for live and offline use.
+/// A detector with corner refinement, shared by live and offline use.
 struct TagFinder {
   std::unique_ptr<Detector> detector;
-  std::optional<RefinementOptions> refinement = {};  ///< if empty, corners stay as detected
-  /// Search strategy for image sequences; by default every image is searched entirely.
+  std::optional<RefinementOptions> refinement = {};  ///< if empty, the detected corners are kept
+  /// Search strategy for image sequences. By default, every image is searched entirely.
   TrackingOptions tracking = {.whole_every = 1};
 };
 
-/// The detector with these settings, with corner refinement. Fails on options out of range.
+/// A detector with these settings and corner refinement. Fails if an option is out of range.
 [[nodiscard]] Result<TagFinder> make_tag_finder(const DetectorOptions& detector = {},
                                                 const RefinementOptions& refinement = {});
 /// The same for a given detector.
 [[nodiscard]] Result<TagFinder> make_tag_finder(std::unique_ptr<Detector> detector,
                                                 const RefinementOptions& refinement = {});
 
-/// The tags of one image, in the detector's order.
+/// The tags in one image, in the detector's order.
 struct FoundTags {
   std::vector<TagDetection> detections;
-  std::vector<RefinementOutcome> refinements = {};  ///< one per detection; empty if nothing was refined
-  std::vector<MissedTag> missed = {};  ///< sequences only: expected tags that were not found, with reasons
+  std::vector<RefinementOutcome> refinements = {};  ///< one per detection; empty if no corners were refined
+  std::vector<MissedTag> missed = {};  ///< for sequences: expected tags that were not found, with reasons
 };
 
 /// Finds the tags in an image and refines their corners, which then have a covariance. If a fit is not
-/// usable, the detected corners are kept with the covariance of unrefined_sigma_px; no detection is dropped.
-/// `camera` is the camera model of this image, of the same size: edges are curved as its distortion curves
-/// straight lines. The argument has no default, because corners of a distorting camera that are refined
-/// without its model are biased; pass null if the model is unknown. Thread-safe if the detector is.
+/// usable, the detected corners are kept with the covariance given by unrefined_sigma_px; no detection is
+/// dropped. `camera` is the camera model for images of this size; its distortion determines how the edges of
+/// tags are curved. The argument has no default because corners refined without the model of a distorting
+/// camera are biased; pass null if the model is unknown. Thread-safe if the detector is.
 [[nodiscard]] Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder,
                                           const CameraModel* camera);
 
-/// The same for consecutive images of one camera: if tracking is enabled or tags are expected, tags are read
-/// at their predicted positions (tag_tracker.hpp).
+/// The same for consecutive images from one camera. If tracking is enabled or tags are expected, tags are
+/// read at their predicted positions (tag_tracker.hpp).
 class TagSequence {
  public:
-  /// `finder` must outlive it.
+  /// `finder` must outlive the sequence.
   explicit TagSequence(const TagFinder& finder) : finder_(&finder) {}
 
-  /// The tags of the next image; `camera` as for find_tags(). `expected`: predicted positions of tags from a
-  /// pose and a map.
+  /// The tags in the next image; `camera` as for find_tags(). `expected` contains the positions of tags as
+  /// predicted from a pose and a map.
   [[nodiscard]] Result<FoundTags> find(const ImageView& image, const CameraModel* camera,
                                        std::span<const ExpectedTag> expected = {});
 

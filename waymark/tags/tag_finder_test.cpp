@@ -16,7 +16,7 @@ using testing::Print;
 using testing::render;
 using testing::worst_error;
 
-/// Returns given detections, or a given error.
+/// Returns the given detections or a given error.
 class ScriptedDetector final : public Detector {
  public:
   explicit ScriptedDetector(Result<std::vector<TagDetection>> answer) : answer_(std::move(answer)) {}
@@ -35,7 +35,8 @@ TEST(TagFinder, RefinesDetections) {
   Random random(19);
   TagDetection elsewhere = detection_at(print, 0, random);
   elsewhere.tag.number = 8;
-  for (auto& corner : elsewhere.corners_px) corner.x() -= 30;  // in the image, where no tag is
+  for (auto& corner : elsewhere.corners_px)
+    corner.x() -= 30;  // at a position in the image where there is no tag
   const Image image = render(print);
   const auto finder = make_tag_finder(
       std::make_unique<ScriptedDetector>(std::vector{detection_at(print, 0.2, random), elsewhere}));

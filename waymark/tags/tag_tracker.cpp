@@ -31,7 +31,7 @@ double area_px2(const Corners& c) {
   return 0.5 * (a.x() * b.y() - a.y() * b.x());
 }
 
-/// Range of the levels in a part of an image, and the greatest difference of neighbours.
+/// Range of the levels in a part of an image, and the greatest difference between neighbouring pixels.
 struct Levels {
   int low = 255;
   int high = 0;
@@ -131,8 +131,8 @@ std::vector<MissedTag> missed_tags(const ImageView& image, std::span<const Expec
 
 namespace {
 
-/// The image at 1 / factor of its size, each pixel the mean of factor x factor; incomplete blocks at the
-/// right and bottom are dropped. O(pixels).
+/// The image scaled down by `factor`: each pixel is the mean of factor x factor pixels. Incomplete blocks at
+/// the right and bottom are dropped. O(pixels).
 Image shrunk(const ImageView& image, int factor) {
   Image small(image.width / factor, image.height / factor);
   const int area = factor * factor;
@@ -162,7 +162,7 @@ bool has_code(const TagId& tag) {
 
 }  // namespace
 
-/// Reads a tag at its predicted position, without a search.
+/// Reads a tag at its predicted position without a search.
 struct TagTracker::Reader {
   std::vector<search::ReadableFamily> families;
   search::TagReader reader;
@@ -179,7 +179,7 @@ struct TagTracker::Reader {
 
   std::optional<TagDetection> read_as(const ImageView& image, const ExpectedTag& expected,
                                       const search::ReadableFamily& kind, bool inverted) {
-    constexpr float kMaxReachPx = 6;  // px
+    constexpr float kMaxReachPx = 6;
     constexpr float kFinalReachPx = 1.5F;
     constexpr int kCrossingsPerEdge = 8;
     search::Quad quad = quad_of(expected.corners_px);
@@ -233,11 +233,11 @@ std::vector<ExpectedTag> TagTracker::all_expected(std::span<const ExpectedTag> g
   return all;
 }
 
-/// Searches around the tag, at a scale at which its cells have a few pixels.
+/// Searches around the tag, at a scale at which its cells are a few pixels wide.
 Status TagTracker::search_around(const ImageView& image, const ExpectedTag& tag,
                                  std::vector<TagDetection>& found) {
-  constexpr double kFinestCell = 8;  // px; larger ones are scaled down by a factor of at least two
-  constexpr double kAround = 0.5;    // of the tag's box, and
+  constexpr double kFinestCell = 8;  // in px; images with larger cells are scaled down by at least two
+  constexpr double kAround = 0.5;    // margin around the tag, as a fraction of its box, and
   constexpr double kAroundPx = 8;
   const Eigen::AlignedBox2d box = box_of(tag.corners_px);
   const Eigen::Vector2d room = (kAround * box.sizes()).array() + kAroundPx;
@@ -252,8 +252,8 @@ Status TagTracker::search_around(const ImageView& image, const ExpectedTag& tag,
   return search_region(image, {x0, y0, x1 - x0, y1 - y0}, factor, found);
 }
 
-/// Searches a part of the image, scaled down by a factor; detections are read again in the full-resolution
-/// image.
+/// Searches a part of the image, scaled down by a factor. Tags detected there are read again in the
+/// full-resolution image.
 Status TagTracker::search_region(const ImageView& image, const PixelRect& region, int factor,
                                  std::vector<TagDetection>& found) {
   if (factor == 1) {
@@ -274,10 +274,10 @@ Status TagTracker::search_region(const ImageView& image, const PixelRect& region
   return {};
 }
 
-/// Searches a strip at each scale, extended above and below by the height of the tags at that scale, so that
-/// smaller tags lie entirely in it.
+/// Searches a strip at each scale. The strip is extended above and below by the height of the tags at that
+/// scale, so that smaller tags lie entirely within it.
 Status TagTracker::search_strip(const ImageView& image, std::vector<TagDetection>& found) {
-  constexpr int kHighest = 64;  // px at the scale: highest tags of a scale; the next scale covers larger ones
+  constexpr int kHighest = 64;  // tallest tags at a scale, in its px; the next scale covers taller ones
   const int strips = options_.whole_every;
   const int from = image.height * strip_ / strips;
   const int to = image.height * (strip_ + 1) / strips;

@@ -21,7 +21,7 @@ using testing::paint_cells;
 using testing::paint_tag;
 using testing::square_corners;
 
-/// Counts the requests to the underlying detector.
+/// Counts the calls to the underlying detector.
 class CountedDetector final : public Detector {
  public:
   explicit CountedDetector(const DetectorOptions& options) : inner_(make_detector(options).value()) {}
@@ -76,11 +76,11 @@ TEST(TagTracker, FindsTheTagsOfTheWholeImageReadingFewPixels) {
     }
     EXPECT_TRUE(found.missed.empty());
   }
-  EXPECT_LT(tracked_pixels, 14L * 640 * 480 / 20) << "of 14 images";
+  EXPECT_LT(tracked_pixels, 14L * 640 * 480 / 20) << "pixels searched in 14 images";
 }
 
 /// Tags of all sizes come into view after the first image. Each is found within as many images as there are
-/// strips, and all images cost nearly the same.
+/// strips, and all images cost almost the same.
 TEST(TagTracker, StripsFindNewTagsAtConstantCost) {
   TrackingOptions options = options_here();
   options.in_strips = true;
@@ -111,7 +111,7 @@ TEST(TagTracker, StripsFindNewTagsAtConstantCost) {
       EXPECT_LT(max_corner_error_px(found[i].corners_px, there[i].corners_px), 0.35) << side_px;
     }
     EXPECT_LT(most, 1700L * 720 * 2 / 5)
-        << side_px << " px: with eight strips, their overlap and coarser scales";
+        << side_px << " px: eight strips, including their overlap and coarser scales";
   }
 }
 
@@ -122,7 +122,7 @@ TEST(TagTracker, AnExpectedTagIsReadWithMoreWrongBits) {
   const auto corners = square_corners({300, 200}, 120, 0.2);
   paint_tag(image, tag(3), corners);
   ASSERT_EQ(tracker.next(image).value().detections.size(), 1U);
-  // Dirt over three cells inside: about half of the covered cells are wrong.
+  // Dirt covers three cells inside; about half of these cells are read wrongly.
   const Family& tags = family(FamilyId::Tag36h11);
   std::vector<std::uint8_t> dirt = bitmap(tag(3));
   std::size_t changed = 0;
@@ -135,7 +135,7 @@ TEST(TagTracker, AnExpectedTagIsReadWithMoreWrongBits) {
     ++changed;
   }
   paint_cells(image, tags, dirt, corners);
-  EXPECT_TRUE(detector.detect(image).value().empty()) << "two bits are wrong, one is corrected";
+  EXPECT_TRUE(detector.detect(image).value().empty()) << "two bits are wrong, but only one is corrected";
   const auto found = tracker.next(image).value().detections;
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].tag, tag(3));
@@ -155,7 +155,7 @@ TEST(TagTracker, ATagThatJumpsIsFoundNearItsLastPosition) {
     const TrackedTags found = tracker.next(after).value();
     ASSERT_EQ(found.detections.size(), 1U) << side;
     EXPECT_LT(max_corner_error_px(found.detections[0].corners_px, truth), 0.5);
-    EXPECT_LT(detector.pixels, 640 * 480 / 2) << "a large one at a smaller scale";
+    EXPECT_LT(detector.pixels, 640 * 480 / 2) << "a large tag is searched for at a smaller scale";
   }
 }
 

@@ -32,7 +32,7 @@ struct DestroyDetections {
 };
 using Detections = std::unique_ptr<zarray_t, DestroyDetections>;
 
-/// libapriltag sets errno even on success; callers should not see that.
+/// libapriltag sets errno even on success; this must not be visible to callers.
 class KeepErrno {
  public:
   KeepErrno() = default;
@@ -49,12 +49,12 @@ int decimated_side(int side_px, double factor) {
   return 1 + (side_px - 1) / static_cast<int>(factor);
 }
 
-/// Odd width of the blur kernel, as libapriltag chooses it.
+/// The odd width of the blur kernel, computed as in libapriltag.
 int blur_width(double sigma) { return static_cast<int>(4 * sigma) | 1; }
 
-/// libapriltag 3.3 reads outside images with less than 4 pixels per side after decimation, divides by zero in
-/// others, and writes outside images narrower than the blur. The narrowest tag is 8 cells wide including its
-/// margin.
+/// libapriltag 3.3 reads out of bounds if an image has less than 4 pixels per side after decimation, and
+/// divides by zero for some other sizes. It writes out of bounds if an image is narrower than the blur
+/// kernel. The narrowest tag is 8 cells wide including its margin.
 bool can_hold_a_tag(const ImageView& image, const DetectorOptions& options) {
   constexpr int kNarrowest = 8;
   const int least = std::max(kNarrowest, blur_width(options.quad_sigma) + 1);
@@ -81,7 +81,7 @@ class AprilTagDetector final : public Detector {
   }
 
  private:
-  /// The threshold is computed in tiles of 4 pixels of the decimated image.
+  /// The threshold is computed for tiles of 4 pixels in the decimated image.
   [[nodiscard]] int region_alignment_px() const override {
     return static_cast<int>(4 * options_.quad_decimate);
   }
@@ -93,7 +93,7 @@ class AprilTagDetector final : public Detector {
   [[nodiscard]] TagDetection converted(const apriltag_detection_t& raw) const;
 
   DetectorOptions options_;
-  /// The workspaces share the decoding tables, which are read-only after the first workspace is created.
+  /// The workspaces share the decoding tables, which are read-only once the first workspace has been created.
   std::vector<LoadedFamily> families_;
   mutable std::mutex mutex_;
   mutable std::vector<Workspace> idle_;  ///< guarded by mutex_
@@ -101,13 +101,13 @@ class AprilTagDetector final : public Detector {
 
 Workspace AprilTagDetector::new_workspace() const {
   Workspace workspace(apriltag_detector_create());
-  // Starting its threads has a race that can crash the process (see README.md of this room).
+  // Starting worker threads involves a race that can crash the process (see README.md in this room).
   workspace->nthreads = 1;
   workspace->quad_decimate = static_cast<float>(options_.quad_decimate);
   workspace->quad_sigma = static_cast<float>(options_.quad_sigma);
   workspace->refine_edges = options_.refine_edges;
   workspace->decode_sharpening = options_.decode_sharpening;
-  workspace->debug = false;  // debug mode writes files into the working directory
+  workspace->debug = false;  // debug mode writes files to the working directory
   workspace->qtp.min_white_black_diff = options_.min_white_black_diff;
   for (const LoadedFamily& family : families_) {
     apriltag_detector_add_family_bits(workspace.get(), family.table.get(), options_.max_hamming);
@@ -170,7 +170,7 @@ Result<std::vector<TagDetection>> AprilTagDetector::detect_with(apriltag_detecto
     for (int y = 0; y < image.height; ++y) copy.insert(copy.end(), image.row(y), image.row(y) + image.width);
     source = {copy.data(), image.width, image.height, image.width};
   }
-  // The struct is const except for its pixels, which are only read.
+  // The struct is const except for its pixels, and these are only read.
   auto* pixels = const_cast<std::uint8_t*>(source.data);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
   image_u8_t wrapped{source.width, source.height, source.stride, pixels};
   const Detections raw(apriltag_detector_detect(&workspace, &wrapped));
@@ -219,11 +219,11 @@ Status check_memory(const std::vector<FamilyId>& ids, const DetectorOptions& opt
 
 std::int64_t decode_table_bytes(const Family& family, int max_hamming) {
   constexpr std::int64_t kEntryBytes = 16;
-  constexpr std::int64_t kSlotsPerCode = 3;  // of the hash table
+  constexpr std::int64_t kSlotsPerCode = 3;  // slots per code in the hash table
   const auto bits = static_cast<std::int64_t>(family.bits.size());
   std::int64_t codes = 1;
   if (max_hamming >= 1) codes += bits;
-  if (max_hamming >= 2) codes += bits * (bits - 1);  // libapriltag allocates space for each pair twice
+  if (max_hamming >= 2) codes += bits * (bits - 1);  // libapriltag allocates twice the space needed for pairs
   return static_cast<std::int64_t>(family.codes.size()) * codes * kSlotsPerCode * kEntryBytes;
 }
 

@@ -52,7 +52,7 @@ TEST_P(EveryFamily, UpToMaxHammingBitsAreCorrected) {
   Random random(11);
   for (int max_hamming = 0; max_hamming <= 2; ++max_hamming) {
     auto made = make_apriltag_detector(options_for(GetParam(), max_hamming));
-    if (!made) {  // the two-bit tables of the largest families
+    if (!made) {  // the two-bit tables of the largest families exceed the memory limit
       EXPECT_EQ(made.error().code, ErrorCode::LimitExceeded);
       EXPECT_GT(decode_table_bytes(table, max_hamming), std::int64_t{512} << 20);
       continue;
@@ -73,11 +73,11 @@ TEST_P(EveryFamily, UpToMaxHammingBitsAreCorrected) {
                            square_corners({100, 100}, 10.0 * table.width_at_border, 0.2));
       const auto found = (*made)->detect(image).value();
       if (flips <= max_hamming) {
-        ASSERT_EQ(found.size(), 1U) << flips << " wrong bits, corrected " << max_hamming;
+        ASSERT_EQ(found.size(), 1U) << flips << " wrong bits; max_hamming is " << max_hamming;
         EXPECT_EQ(found[0].hamming, flips);
         EXPECT_EQ(found[0].tag.number, 5);
       } else {
-        EXPECT_TRUE(found.empty()) << flips << " wrong bits, corrected " << max_hamming;
+        EXPECT_TRUE(found.empty()) << flips << " wrong bits; max_hamming is " << max_hamming;
       }
     }
   }
@@ -122,13 +122,13 @@ TEST(AprilTagDetector, DetectionsBelowTheMinimumMarginAreDropped) {
   EXPECT_EQ(found[0].tag.number, 1);
 }
 
-// Tests which images are accepted, and that the result does not depend on stride, crop or threads.
+// Tests which images are accepted and that the result does not depend on stride, cropping or threads.
 
 using testing::add_noise;
 using testing::same;
 using testing::tag_scene;
 
-/// All options that determine how much of a small image the library reads.
+/// All options that affect how much of a small image the library reads.
 std::vector<DetectorOptions> shapes() {
   std::vector<DetectorOptions> all;
   for (const double decimate : {1.0, 1.5, 2.0, 3.0, 4.0, 8.0}) {
@@ -169,7 +169,7 @@ TEST(AprilTagDetector, ThinAndEmptyImagesHaveNoTags) {
 }
 
 TEST(AprilTagDetector, ASmallTagInASmallImageIsFound) {
-  // 16h5 is 8 cells wide: at 3 px per cell it fits in an image of 26 px.
+  // A tag of 16h5 is 8 cells wide: at 3 px per cell it fits in an image of 26 px.
   Image image(26, 26, 220);
   paint_tag(image, {FamilyId::Tag16h5, 3}, square_corners({13, 13}, 18, 0));
   EXPECT_EQ(detector_with(options_for(FamilyId::Tag16h5))->detect(image)->size(), 1U);
@@ -177,7 +177,7 @@ TEST(AprilTagDetector, ASmallTagInASmallImageIsFound) {
 
 TEST(AprilTagDetector, TooLargeOrInvalidImagesAreRejected) {
   const auto detector = detector_with();
-  const std::uint8_t pixel = 0;  // never read
+  const std::uint8_t pixel = 0;  // this pixel is never read
   for (const auto& [width, height] : {std::pair(32768, 8), std::pair(8, 32768), std::pair(8193, 8192)}) {
     const auto found = detector->detect(ImageView{&pixel, width, height, width});
     ASSERT_FALSE(found);
@@ -264,14 +264,15 @@ TEST(AprilTagDetector, RegionsFindTheSameAsTheWholeImage) {
     ASSERT_EQ(found.size(), whole.size());
     for (std::size_t i = 0; i < whole.size(); ++i) {
       EXPECT_EQ(found[i].tag, whole[i].tag);
-      // libapriltag keeps corners as float, whose step is 6e-5 px at 640 px.
+      // libapriltag stores corners as float, which has a resolution of 6e-5 px at 640 px.
       EXPECT_LT(max_corner_error_px(found[i].corners_px, whole[i].corners_px), 1e-4);
     }
   }
 }
 
 TEST(AprilTagDetector, CornersFollowThePixelCentreConventionAtAnyDecimation) {
-  // Averaged over many subpixel positions and directions, the error is the offset of the convention.
+  // Averaged over many subpixel positions and directions, the error is the offset between the pixel
+  // conventions.
   constexpr std::array kDecimations = {1.0, 1.5, 2.0, 3.0, 4.0};
   constexpr int kTags = 80;
   std::vector<std::unique_ptr<Detector>> detectors;

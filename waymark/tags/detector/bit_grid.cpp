@@ -12,13 +12,13 @@
 namespace waymark::search {
 namespace {
 
-constexpr int kPerCell = 4;  // samples of the profile per cell
+constexpr int kPerCell = 4;  // profile samples per cell
 
 float sign_of(const ReadableFamily& family, bool inverted) {
   return family.bright_border != inverted ? -1.0F : 1.0F;
 }
 
-/// Amount of change inside the quad along one axis, at k / kPerCell cells.
+/// The amount of change inside the quad along one axis, at k / kPerCell cells.
 void changes_across(const CellView& view, int width, int axis, std::vector<float>& profile) {
   const int count = width * kPerCell;
   profile.assign(static_cast<std::size_t>(count), 0.0F);
@@ -44,8 +44,8 @@ float between(const std::vector<float>& profile, float cells) {
   return profile[low] + share * (profile[low + 1] - profile[low]);
 }
 
-/// Change at cell boundaries minus change in cell centres, assuming that the side at 0 is `missing` cells
-/// off.
+/// Change at the cell boundaries minus change at the cell centres, assuming that the side at 0 is `missing`
+/// cells off.
 float fit_of(const std::vector<float>& profile, int width, float missing, bool from_the_far_side) {
   const auto w = static_cast<float>(width);
   const float scale = w / (w - missing);
@@ -148,7 +148,7 @@ void BitGrid::color(const ReadableFamily& family, int number) {
 
 void BitGrid::measure(const ImageView& image, const Quad& quad, const ReadableFamily& family, float sign) {
   constexpr int kSamples = 8;
-  constexpr float kReach = 0.44F;  // cells to both sides
+  constexpr float kReach = 0.44F;  // cells to either side
   constexpr float kApart = 2 * kReach / (kSamples - 1);
   constexpr float kLeastWeight = 9;
   steps_.clear();
@@ -189,9 +189,9 @@ void BitGrid::measure(const ImageView& image, const Quad& quad, const ReadableFa
   }
 }
 
-/// One Gauss-Newton step on a small homography, with Tukey's weights.
+/// One Gauss-Newton step for a small homography, with Tukey weights.
 bool BitGrid::correct(const ReadableFamily& family, bool with_border, Quad& quad) const {
-  constexpr float kBeyond = 0.3F;  // cells: no weight
+  constexpr float kBeyond = 0.3F;  // in cells; steps farther away have no weight
   using Vector8 = Eigen::Matrix<float, 8, 1>;
   Eigen::Matrix<float, 8, 8> normal = Eigen::Matrix<float, 8, 8>::Identity() * 1e-3F;
   Vector8 right = Vector8::Zero();
@@ -234,9 +234,9 @@ bool BitGrid::correct(const ReadableFamily& family, bool with_border, Quad& quad
 bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family, bool inverted,
                             TagDetection& tag) {
   constexpr float kMaxShiftCells = 0.3F;    // maximum shift of a corner [cell]
-  constexpr float kMaxShiftPx = 0.75F;      // or pixels
-  constexpr float kSharp = 0.2F;            // cells: a step counts as in place
-  constexpr float kMinShareInPlace = 0.7F;  // of the weight of steps
+  constexpr float kMaxShiftPx = 0.75F;      // or in pixels
+  constexpr float kSharp = 0.2F;            // in cells; a step nearer than this counts as in place
+  constexpr float kMinShareInPlace = 0.7F;  // minimum share of the weight of all steps
   Quad quad;
   for (std::size_t i = 0; i < 4; ++i) quad[i] = tag.corners_px[i].cast<float>();
   const float sign = sign_of(family, inverted);

@@ -32,7 +32,7 @@ TagCorners corners_of(const Quad& quad) {
   return corners;
 }
 
-/// A tag of 64 px (8 px per cell in tag36h11), seen obliquely.
+/// A tag with a side of 64 px (8 px per cell in tag36h11), seen obliquely.
 struct Scene {
   ReadableFamily family;
   TagId tag;
@@ -81,13 +81,13 @@ TEST_P(BitGridOf, ASideThatContradictsTheBitsIsCorrected) {
   }
 }
 
-/// Distance of the corners from the truth after correcting a misplaced side.
+/// Distance between the true corners and those found after correcting a misplaced side.
 double error_put_back_px(const Scene& scene, const MisplacedSide& found) {
   const Quad back = with_side_moved(found.quad, found.side, found.missing, scene.family.width);
   return max_corner_error_px(corners_of(back), scene.truth);
 }
 
-/// Whether a side is among those found, and its correction is accurate.
+/// Whether a side is among those found and has been corrected accurately.
 bool found_near(const Scene& scene, const MisplacedSides& found, std::size_t side, double within_px) {
   return std::any_of(
       found.sides.begin(), found.sides.begin() + static_cast<std::ptrdiff_t>(found.count),

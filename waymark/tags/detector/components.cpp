@@ -8,7 +8,7 @@
 namespace waymark::search {
 namespace {
 
-/// Rows of the image in one row of tiles; rows beyond the image repeat the last one.
+/// The rows of the image in one row of tiles; rows beyond the image repeat the last one.
 std::array<const std::uint8_t*, kTilePx> rows_of(const ImageView& image, int tile_row) {
   std::array<const std::uint8_t*, kTilePx> rows{};
   for (int i = 0; i < kTilePx; ++i) {
@@ -17,14 +17,14 @@ std::array<const std::uint8_t*, kTilePx> rows_of(const ImageView& image, int til
   return rows;
 }
 
-// The compiler vectorises these loops, so they need no kernels.
+// The compiler vectorises these loops, so they do not need hand-written kernels.
 template <class Better>
 void combine(const std::uint8_t* a, const std::uint8_t* b, const std::uint8_t* c, int count,
              std::uint8_t* out, Better&& better) {
   for (int i = 0; i < count; ++i) out[i] = better(better(a[i], b[i]), c[i]);
 }
 
-/// The best value of each tile and its eight neighbours; beyond the border the outermost tile is used.
+/// The best value in each tile and its eight neighbours; beyond the image border, the outermost tile is used.
 template <class Better>
 void spread_to_neighbours(const std::vector<std::uint8_t>& from, const Tiles& tiles, Better better,
                           std::vector<std::uint8_t>& scratch, std::vector<std::uint8_t>& to) {
@@ -63,7 +63,7 @@ void measure_tiles(const ImageView& image, const PlaneKernels& kernels, Tiles& t
 }
 
 int noise_gate(const Tiles& tiles, int least) {
-  constexpr std::size_t kEveryNth = 7;  // not a divisor of usual widths, so all columns are sampled
+  constexpr std::size_t kEveryNth = 7;  // does not divide common widths, so all columns are sampled
   constexpr double kTimes = 2.2;
   std::array<int, 256> counts{};
   int total = 0;
@@ -123,7 +123,8 @@ std::int32_t RunComponents::unite(std::int32_t a, std::int32_t b) {
   return a;
 }
 
-/// The first run of the set of this run: while rows are added, sets are identified by their first run.
+/// The first run in the set that contains this run. While rows are being added, sets are identified by their
+/// first run.
 std::int32_t RunComponents::first_of(std::int32_t run) {
   while (set_[at(run)] != run) {
     set_[at(run)] = set_[at(set_[at(run)])];
@@ -160,7 +161,7 @@ void RunComponents::add_row(int y, std::int32_t above) {
     diagonals_.emplace_back(above + row_.corners[k].above, here + row_.corners[k].here);
 }
 
-/// Builds the components from the sets. A set's first run precedes all its other runs.
+/// Builds the components from the sets. The first run of a set precedes all its other runs.
 void RunComponents::gather() {
   const auto count = static_cast<std::int32_t>(run_count_);
   for (std::int32_t id = 0; id < count; ++id) {

@@ -38,10 +38,10 @@ BitPlane plane_of(const Grid& grid) {
   return plane;
 }
 
-/// x0, x1, y0, y1, area.
+/// x0, x1, y0, y1 and area.
 using Shape = std::array<int, 5>;
 
-/// Works pixel by pixel and shares no code with the implementation under test.
+/// Works pixel by pixel, and shares no code with the implementation under test.
 std::multiset<Shape> flooded(Grid grid, bool corners_too) {
   std::multiset<Shape> shapes;
   for (int y = 0; y < grid.height; ++y) {

@@ -5,31 +5,31 @@
 #include <cstdint>
 #include <vector>
 
-/// The per-pixel steps of the detector, with one implementation per instruction set. All implementations
-/// produce the same bytes (plane_kernels_test.cpp).
+/// The per-pixel steps of the detector, with one implementation for each instruction set. All implementations
+/// produce identical bytes (plane_kernels_test.cpp).
 namespace waymark::search {
 
-/// A run of the row above and a run of this row that touch, as indices from the left.
+/// A run in the row above and a run in this row that touch, as indices counted from the left.
 struct RunPair {
   std::uint16_t above = 0, here = 0;
 };
 
-/// Begins and ends of the runs of a row, 64 columns per word, and the number of runs before each word.
+/// Begins and ends of the runs in a row, 64 columns per word, and the number of runs before each word.
 struct RowEdges {
   std::vector<std::uint64_t> begins, ends;
   std::vector<std::uint16_t> before;
 };
 
-/// The runs of one row of a bit plane, and their contacts with those of the row above.
+/// The runs in one row of a bit plane, and their contacts with the runs in the row above.
 struct RowRuns {
   std::vector<std::int16_t> begins, ends;  ///< columns [begin, end); entries beyond `count` are unused
-  std::vector<RunPair> sides;              ///< pairs that share a side of a pixel, from left to right
-  std::vector<RunPair> corners;            ///< pairs that share only a corner of a pixel, unordered
+  std::vector<RunPair> sides;              ///< pairs that share a pixel side, from left to right
+  std::vector<RunPair> corners;            ///< pairs that share only a pixel corner, in no particular order
   std::size_t count = 0, side_count = 0, corner_count = 0;
-  bool with_corners = true;  ///< whether `corners` are needed
-  RowEdges here, above;      ///< of the row and of the previous one
+  bool with_corners = true;  ///< whether `corners` is needed
+  RowEdges here, above;      ///< edges in this row and in the previous one
 
-  /// Allocates rows of this width, and an empty row above the first one.
+  /// Allocates memory for rows of this width, and an empty row above the first one.
   void begin_plane(int width, bool corners_too = true) {
     with_corners = corners_too;
     constexpr std::size_t kWrittenAtOnce = 4;
@@ -49,50 +49,50 @@ struct RowRuns {
 
 inline constexpr int kTilePx = 4;
 
-/// Position of a tile's threshold between the minimum and maximum level of its window.
+/// The position of a tile's threshold between the minimum and the maximum level in its window.
 struct ThresholdRule {
-  bool dark = true;  ///< selects pixels below it, otherwise those above it
-  /// Distance of the threshold from the darkest (dark) or brightest level of the window as a share of its
-  /// range, in 256ths; up to 128.
+  bool dark = true;  ///< if true, selects pixels below the threshold, otherwise those above it
+  /// Distance of the threshold from the darkest (if `dark`) or brightest level in the window, as a share of
+  /// the range of levels, in 256ths; at most 128.
   std::uint16_t share_256 = 128;
-  std::uint8_t gate = 15;  ///< [grey level] windows with a smaller range select nothing
+  std::uint8_t gate = 15;  ///< [grey level] nothing is selected in windows with a smaller range
 };
 
 struct PlaneKernels {
   const char* name = "";
-  /// Minimum and maximum level of each tile of kTilePx x kTilePx pixels; the last one may be narrower. The
+  /// Minimum and maximum level in each tile of kTilePx x kTilePx pixels; the last tile may be narrower. The
   /// four rows may coincide. Writes (width + 3) / 4 bytes to each output.
   void (*tile_extremes)(const std::array<const std::uint8_t*, kTilePx>& rows, int width, std::uint8_t* low,
                         std::uint8_t* high) = nullptr;
-  /// The threshold of each tile, from the minimum and maximum level of its window.
+  /// The threshold for each tile, from the minimum and maximum level in its window.
   void (*thresholds)(const std::uint8_t* low, const std::uint8_t* high, std::size_t count,
                      const ThresholdRule& rule, std::uint8_t* thresholds) = nullptr;
-  /// Sets bit i of the row if pixel i is below the threshold of its tile. Writes (width + 63) / 64 words;
+  /// Sets bit i of the row if pixel i is below the threshold for its tile. Writes (width + 63) / 64 words;
   /// bits beyond the width are 0.
   void (*below)(const std::uint8_t* row, int width, const std::uint8_t* thresholds,
                 std::uint64_t* words) = nullptr;
   /// The same for pixels above the threshold.
   void (*above)(const std::uint8_t* row, int width, const std::uint8_t* thresholds,
                 std::uint64_t* words) = nullptr;
-  /// Runs of a row of a bit plane and their contacts with those of the row above. Called row by row after
-  /// RowRuns::begin_plane(), with zeros above the first row. Bits beyond the width are 0.
+  /// The runs in a row of a bit plane, and their contacts with the runs in the row above. Called row by row
+  /// after RowRuns::begin_plane(), with zeros above the first row. Bits beyond the width must be 0.
   void (*runs_of_row)(const std::uint64_t* row, const std::uint64_t* above, std::size_t words,
                       RowRuns& runs) = nullptr;
 };
 
 /// The portable implementation.
 [[nodiscard]] const PlaneKernels& portable_plane_kernels();
-/// Implementations for processors with AVX2 and with NEON. nullptr if not compiled in; the processor may
+/// Implementations for processors with AVX2 and with NEON; nullptr if not compiled in. The processor may
 /// still lack the instructions.
 [[nodiscard]] const PlaneKernels* avx2_plane_kernels();
 [[nodiscard]] const PlaneKernels* neon_plane_kernels();
-/// All implementations that this processor can run; the fastest is last.
+/// All implementations that this processor can run, with the fastest last.
 [[nodiscard]] std::vector<const PlaneKernels*> runnable_plane_kernels();
-/// The fastest of them, selected once.
+/// The fastest implementation that this processor can run, selected once.
 [[nodiscard]] const PlaneKernels& best_plane_kernels();
 
-/// PlaneKernels::runs_of_row, processing whole words. Each `Processor` is a separate instantiation, compiled
-/// for that instruction set. O(words + runs).
+/// Implements PlaneKernels::runs_of_row by processing whole words. Each `Processor` has its own
+/// instantiation, compiled for that instruction set. O(words + runs).
 template <class Processor>
 class RowScan {
  public:
@@ -107,7 +107,8 @@ class RowScan {
  private:
   static std::size_t ones(std::uint64_t bits) { return static_cast<std::size_t>(__builtin_popcountll(bits)); }
 
-  /// The columns of the bits of a word. Writes four columns at once, which saves a branch per column.
+  /// Writes the columns of the bits set in a word. Writes four columns at once, which saves a branch per
+  /// column.
   [[gnu::always_inline]] static inline std::int16_t* append(std::int16_t* to, std::size_t word,
                                                             std::uint64_t bits) {
     constexpr std::uint64_t kLastBit = std::uint64_t{1} << 63U;
@@ -148,20 +149,21 @@ class RowScan {
     for (std::size_t i = 0; i < words; ++i) {
       const std::uint64_t begins = out.here.begins[i];
       const std::uint64_t above_begins = out.above.begins[i];
-      // The last run of either row that begins at or before one of these columns.
+      // In each row, the last run that begins at or before one of these columns.
       const auto pair = [&](std::uint64_t above_columns, std::uint64_t columns) {
         return RunPair{
             static_cast<std::uint16_t>(out.above.before[i] + ones(above_begins & above_columns) - 1),
             static_cast<std::uint16_t>(out.here.before[i] + ones(begins & columns) - 1)};
       };
-      // Two runs that share sides do so in one contiguous range, which is reported at its first column.
+      // If two runs share pixel sides, they do so in one contiguous range, which is reported at its first
+      // column.
       std::uint64_t touching = (begins & above[i]) | (row[i] & above_begins);
       for (; touching != 0; touching &= touching - 1) {
         const std::uint64_t columns = touching ^ (touching - 1);
         *side++ = pair(columns, columns);
       }
       if (!out.with_corners) continue;
-      std::uint64_t after = begins & out.above.ends[i];  // the run above ends where one begins here
+      std::uint64_t after = begins & out.above.ends[i];  // the run above ends where a run begins here
       std::uint64_t before = out.here.ends[i] & above_begins;
       for (; after != 0; after &= after - 1) {
         const std::uint64_t columns = after ^ (after - 1);
@@ -177,7 +179,7 @@ class RowScan {
   }
 };
 
-/// PlaneKernels::thresholds as loops that a compiler vectorises; each `Processor` is a separate
+/// Implements PlaneKernels::thresholds with loops that the compiler vectorises. Each `Processor` has its own
 /// instantiation, compiled for that instruction set.
 template <class Processor>
 struct ThresholdRow {

@@ -8,14 +8,14 @@
 namespace waymark::search {
 namespace {
 
-constexpr int kStep = 32;  // pixels in a register
+constexpr int kStep = 32;  // pixels per register
 
 __m256i load_pixels(const std::uint8_t* pixels) {
   return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(pixels));
 }
 
-/// The minimum (or maximum) of each four neighbouring bytes in the lowest byte of their 32 bits, other bytes
-/// 0.
+/// The minimum (or maximum) of each group of four neighbouring bytes, in the lowest byte of their 32 bits;
+/// the other bytes are 0.
 __m256i least_of_four(__m256i v) {
   v = _mm256_min_epu8(v, _mm256_srli_epi32(v, 16));
   v = _mm256_min_epu8(v, _mm256_srli_epi32(v, 8));
@@ -37,7 +37,7 @@ void tile_extremes_avx2(const std::array<const std::uint8_t*, kTilePx>& rows, in
     const __m256i d = load_pixels(rows[3] + x);
     const __m256i least = least_of_four(_mm256_min_epu8(_mm256_min_epu8(a, b), _mm256_min_epu8(c, d)));
     const __m256i most = most_of_four(_mm256_max_epu8(_mm256_max_epu8(a, b), _mm256_max_epu8(c, d)));
-    // In each half: minima of four tiles, maxima of four tiles.
+    // Each half contains the minima of four tiles and the maxima of four tiles.
     const __m256i packed = _mm256_packus_epi16(_mm256_packus_epi32(least, most), _mm256_setzero_si256());
     const auto first = static_cast<std::uint64_t>(_mm256_extract_epi64(packed, 0));
     const auto second = static_cast<std::uint64_t>(_mm256_extract_epi64(packed, 2));
@@ -51,7 +51,7 @@ void tile_extremes_avx2(const std::array<const std::uint8_t*, kTilePx>& rows, in
   portable_plane_kernels().tile_extremes(rest, width - x, low + x / kTilePx, high + x / kTilePx);
 }
 
-/// Eight thresholds, each for four pixels.
+/// Eight thresholds, each repeated for four pixels.
 __m256i spread(const std::uint8_t* thresholds) {
   const __m256i which = _mm256_setr_epi8(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5,
                                          5, 6, 6, 6, 6, 7, 7, 7, 7);

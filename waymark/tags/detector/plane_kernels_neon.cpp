@@ -9,7 +9,7 @@
 namespace waymark::search {
 namespace {
 
-constexpr int kStep = 16;  // pixels in a register
+constexpr int kStep = 16;  // pixels per register
 
 void tile_extremes_neon(const std::array<const std::uint8_t*, kTilePx>& rows, int width, std::uint8_t* low,
                         std::uint8_t* high) {
@@ -21,7 +21,7 @@ void tile_extremes_neon(const std::array<const std::uint8_t*, kTilePx>& rows, in
     const uint8x16_t d = vld1q_u8(rows[3] + x);
     uint8x16_t least = vminq_u8(vminq_u8(a, b), vminq_u8(c, d));
     uint8x16_t most = vmaxq_u8(vmaxq_u8(a, b), vmaxq_u8(c, d));
-    least = vpminq_u8(least, least);  // of pairs, in the lower half
+    least = vpminq_u8(least, least);  // minima of pairs, in the lower half
     most = vpmaxq_u8(most, most);
     least = vpminq_u8(least, least);
     most = vpmaxq_u8(most, most);
@@ -33,7 +33,7 @@ void tile_extremes_neon(const std::array<const std::uint8_t*, kTilePx>& rows, in
   portable_plane_kernels().tile_extremes(rest, width - x, low + x / kTilePx, high + x / kTilePx);
 }
 
-/// Four thresholds, each for four pixels.
+/// Four thresholds, each repeated for four pixels.
 uint8x16_t spread(const std::uint8_t* thresholds) {
   static const std::uint8_t kWhich[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
   std::uint32_t four = 0;
@@ -41,7 +41,7 @@ uint8x16_t spread(const std::uint8_t* thresholds) {
   return vqtbl1q_u8(vreinterpretq_u8_u32(vdupq_n_u32(four)), vld1q_u8(kWhich));
 }
 
-/// One bit of each of the 64 bytes of four masks, first byte lowest.
+/// One bit for each of the 64 bytes in four masks, lowest bit first.
 std::uint64_t gathered(const uint8x16_t masks[4]) {
   static const std::uint8_t kBit[16] = {1, 2, 4, 8, 16, 32, 64, 128, 1, 2, 4, 8, 16, 32, 64, 128};
   const uint8x16_t bit = vld1q_u8(kBit);

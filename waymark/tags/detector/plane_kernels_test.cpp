@@ -16,7 +16,7 @@ namespace {
 
 std::vector<std::uint8_t> random_bytes(std::size_t count, Random& random) {
   std::vector<std::uint8_t> bytes(count);
-  // Few levels, so pixels often equal their threshold.
+  // There are few levels, so pixels are often equal to their threshold.
   const std::uint64_t levels = 2 + random.index(255);
   for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(255 - random.index(levels));
   return bytes;
@@ -92,7 +92,7 @@ Pairs pairs_of(const std::vector<RunPair>& list, std::size_t count) {
   return pairs;
 }
 
-/// [begin, end) of the set bits of a row, bit by bit.
+/// The ranges [begin, end) of the bits set in a row, found bit by bit.
 Pairs runs_of(const std::vector<std::uint64_t>& row) {
   const auto set = [&](std::size_t x) { return x < 64 * row.size() && (row[x / 64] >> (x % 64) & 1U) != 0; };
   Pairs runs;

@@ -22,7 +22,7 @@ std::int64_t squared_distance(const HullPoint& a, const HullPoint& b) {
   return dx * dx + dy * dy;
 }
 
-/// Adds a point to a chain that must keep turning one way: `kTurn` is 1 for clockwise, -1 for
+/// Adds a point to a chain that must always turn in the same direction: `kTurn` is 1 for clockwise, -1 for
 /// counter-clockwise. Returns the new end of the chain.
 template <int kTurn>
 HullPoint* extended(HullPoint* begin, HullPoint* end, const HullPoint& point) {
@@ -50,14 +50,14 @@ void QuadFitter::make_hull(const RunComponents& components, const Component& com
   hull_.resize(2 * (rows + 1));
   HullPoint* left = left_chain_.data();
   HullPoint* right = hull_.data();
-  for (std::size_t y = 0; y <= rows; ++y) {  // lines between rows
+  for (std::size_t y = 0; y <= rows; ++y) {  // the lines between pixel rows
     const std::size_t above = y == 0 ? 0 : y - 1;
     const std::size_t below = std::min(y, rows - 1);
     const std::int32_t line = component.y0 + static_cast<std::int32_t>(y) * step;
     left = extended<-1>(left_chain_.data(), left, {std::min(left_[above], left_[below]), line});
     right = extended<1>(hull_.data(), right, {std::max(right_[above], right_[below]), line});
   }
-  // Goes down the right side and up the left, so the hull is clockwise.
+  // Goes down the right side and up the left side, so the hull is clockwise.
   while (left != left_chain_.data()) *right++ = *--left;
   hull_.resize(static_cast<std::size_t>(right - hull_.data()));
 }
@@ -72,7 +72,7 @@ double QuadFitter::hull_area() const {
   return 0.5 * static_cast<double>(twice);
 }
 
-/// The hull point between two others that is farthest from the line through them, or -1.
+/// The hull point between two others that is farthest from the line through them; -1 if there is none.
 int QuadFitter::farthest(int from, int to) const {
   const int count = static_cast<int>(hull_.size());
   const HullPoint a = hull_[at(to)];
@@ -105,7 +105,7 @@ int QuadFitter::farthest_from(const HullPoint& from) const {
   return best;
 }
 
-/// Four points of the hull, each as far as possible from the line through its neighbours.
+/// Four points on the hull, each as far as possible from the line through its neighbours.
 bool QuadFitter::choose_corners(std::array<int, 4>& corner) const {
   const int count = static_cast<int>(hull_.size());
   HullPoint sum;
@@ -137,7 +137,7 @@ bool QuadFitter::choose_corners(std::array<int, 4>& corner) const {
 
 /// The longest straight part of the hull between two corners, or the line between them if that part is short.
 Line QuadFitter::side(int from, int to) const {
-  constexpr double kMinShare = 0.3;  // of the side
+  constexpr double kMinShare = 0.3;  // minimum share of the side
   const int count = static_cast<int>(hull_.size());
   HullPoint begin = hull_[at(from)];
   HullPoint end = hull_[at(to)];
@@ -157,12 +157,13 @@ Line QuadFitter::side(int from, int to) const {
   return {normal, normal.dot(Eigen::Vector2d(begin.x, begin.y))};
 }
 
-/// The quad formed by the hull's sides. False if the hull is not a quad, even allowing for cut corners.
+/// The quad formed by the sides of the hull. Returns false if the hull is not a quad, even allowing for cut
+/// corners.
 bool QuadFitter::fit_sides(const std::array<int, 4>& corner, double hull_area, Quad& quad) const {
-  constexpr double kMinShare = 0.88;        // share of one area in the other
-  constexpr float kMinSidePx = 4;           // px
-  constexpr float kMinCornerShare = 0.08F;  // of the area
-  constexpr double kMaxCornerShift = 0.3;   // of the square root of the area, and
+  constexpr double kMinShare = 0.88;  // minimum share of either area that lies in the other
+  constexpr float kMinSidePx = 4;
+  constexpr float kMinCornerShare = 0.08F;  // share of the area
+  constexpr double kMaxCornerShift = 0.3;   // share of the square root of the area, and
   constexpr double kMaxCornerShiftPx = 3;
   std::array<Line, 4> sides;
   for (std::size_t i = 0; i < 4; ++i) sides.at(i) = side(corner.at(i), corner.at((i + 1) % 4));
@@ -183,10 +184,10 @@ bool QuadFitter::fit_sides(const std::array<int, 4>& corner, double hull_area, Q
 }
 
 bool QuadFitter::fit(const RunComponents& components, const Component& component, Quad& quad) {
-  constexpr double kMinAreaPx = 25;     // px
+  constexpr double kMinAreaPx = 25;
   constexpr double kFrameShare = 0.28;  // minimum share of the hull that a frame covers, or
-  constexpr double kFrameWidth = 8;     // px along its side times this
-  constexpr double kFull = 0.95;        // too full to be a frame, if its area exceeds
+  constexpr double kFrameWidth = 8;     // minimum area in px, per px of its side
+  constexpr double kFull = 0.95;        // if fuller than this, it is not a frame if its area exceeds
   constexpr double kFullArea = 900;     // px
   make_hull(components, component);
   const double inside = hull_area();
@@ -202,12 +203,12 @@ namespace {
 
 /// An edge as a function of the coordinate along which it is longer: y(x) or x(y).
 struct Course {
-  bool level = true;  ///< along x
-  float from = 0;     ///< [px] the smaller end
+  bool level = true;  ///< whether the edge is longer along x
+  float from = 0;     ///< [px] the smaller end along that coordinate
   float length = 0;   ///< [px] along that coordinate
   float slope = 0;
   float base = 0;
-  int outward = 1;  ///< direction in which the other coordinate leaves the quad
+  int outward = 1;  ///< direction in which the other coordinate points out of the quad
 
   Course(const Eigen::Vector2f& a, const Eigen::Vector2f& b) {
     const Eigen::Vector2f d = b - a;
@@ -218,11 +219,11 @@ struct Course {
     from = std::min(a[along], b[along]);
     slope = length > 0 ? d[across] / d[along] : 0;
     base = a[across] - slope * a[along];
-    outward = level ? (d.x() > 0 ? -1 : 1) : (d.y() > 0 ? 1 : -1);  // the quad is clockwise
+    outward = level ? (d.x() > 0 ? -1 : 1) : (d.y() > 0 ? 1 : -1);  // because the quad is clockwise
   }
 };
 
-/// Sums of a weighted straight line through points (t, m).
+/// Sums for fitting a weighted straight line to points (t, m).
 struct LineSums {
   double w = 0, t = 0, m = 0, tt = 0, tm = 0;
   int count = 0;
@@ -256,15 +257,15 @@ Crossing crossing(const std::uint8_t* pixel, std::ptrdiff_t step, int count, int
   return sum;
 }
 
-/// Position of the largest change along one row or column: `place` at `t` along the edge.
+/// Position of the largest change along one row or column: `place`, at `t` along the edge.
 struct CrossingPoint {
   double weight = 0, t = 0, place = 0;
 };
 
-/// No more than twice the largest EdgeSearch::crossings.
+/// At most twice the largest value of EdgeSearch::crossings.
 using CrossingPoints = std::array<CrossingPoint, 64>;
 
-/// Keeps the points near the line through two of them that has the most points near it.
+/// Keeps the points near a line through two of them, chosen so that as many points as possible are near it.
 std::size_t keep_majority(CrossingPoints& points, std::size_t count, double near_px) {
   const std::size_t apart = std::max<std::size_t>(count / 3, 1);
   const auto is_near = [&](const CrossingPoint& a, const CrossingPoint& b, const CrossingPoint& p) {
@@ -293,10 +294,10 @@ std::size_t keep_majority(CrossingPoints& points, std::size_t count, double near
 
 std::size_t find_crossings(const ImageView& image, const Course& course, const EdgeSearch& search,
                            CrossingPoints& points) {
-  constexpr float kTrim = 0.12F;  // of the edge at each end, because the corners are round
-  // of one crossing, so that a highlight does not outweigh the edge
+  constexpr float kTrim = 0.12F;  // share of the edge skipped at each end, because corners are round
+  // The weight of one crossing is limited, so that a highlight does not outweigh the edge.
   constexpr std::int64_t kMaxWeight = 4000;
-  constexpr std::int64_t kMinWeight = 9;  // a step of 3 grey levels
+  constexpr std::int64_t kMinWeight = 9;  // weight of a step of 3 grey levels
   const float trim = std::max(0.5F, kTrim * course.length);
   int first = static_cast<int>(std::ceil(course.from + trim - 0.5F));
   int last = static_cast<int>(std::floor(course.from + course.length - trim - 0.5F));
@@ -326,7 +327,7 @@ std::size_t find_crossings(const ImageView& image, const Course& course, const E
 }
 
 bool find_line(const ImageView& image, const Course& course, const EdgeSearch& search, Line& line) {
-  constexpr float kNearShare = 0.15F;  // of the reach
+  constexpr float kNearShare = 0.15F;  // share of the reach
   if (course.length < 3) return false;
   CrossingPoints points;
   std::size_t count = find_crossings(image, course, search, points);
@@ -354,14 +355,14 @@ bool intersect(const Line& a, const Line& b, Eigen::Vector2f& point) {
 }
 
 bool sharpen_edges(const ImageView& image, const EdgeSearch& search, Quad& quad) {
-  constexpr float kCornerExtraPx = 1.5F;  // [px] by which a corner may move further than its edges
+  constexpr float kCornerExtraPx = 1.5F;  // [px] by which a corner may move farther than its edges
   std::array<Line, 4> lines;
   Quad moved;
   const auto corner = [&](std::size_t i, const Line& before, const Line& after) {
     return intersect(before, after, moved[i]) &&
            (moved[i] - quad[i]).cwiseAbs().maxCoeff() <= search.reach_px + kCornerExtraPx;
   };
-  for (std::size_t i = 0; i < 4; ++i) {  // most quads of clutter are rejected at the first corners
+  for (std::size_t i = 0; i < 4; ++i) {  // most quads in clutter are rejected at the first corners
     if (!find_line(image, Course(quad[i], quad[(i + 1) % 4]), search, lines[i])) return false;
     if (i > 0 && !corner(i, lines[i - 1], lines[i])) return false;
   }

@@ -11,7 +11,7 @@
 
 namespace waymark::search {
 
-/// Corners clockwise in the image, in pixels with centres at +1/2.
+/// Corners in clockwise order in the image, in pixels; pixel centres are at +1/2.
 using Quad = std::array<Eigen::Vector2f, 4>;
 
 /// Twice the area of the triangle a b c, positive if clockwise in the image.
@@ -28,20 +28,21 @@ struct HullPoint {
   std::int32_t x = 0, y = 0;
 };
 
-/// Points p with normal . p = offset.
+/// The points p with normal . p = offset.
 struct Line {
   Eigen::Vector2d normal{0, 0};
   double offset = 0;
 };
 
-/// The intersection of two lines. False if they are parallel.
+/// Finds the intersection of two lines. Returns false if they are parallel.
 bool intersect(const Line& a, const Line& b, Eigen::Vector2f& point);
 
-/// The quad formed by a component's convex hull, if it is one. Serves as a workspace: nothing is allocated
-/// once it has grown.
+/// The quad formed by the convex hull of a component, if the hull is one. Serves as a workspace: does not
+/// allocate once it has grown.
 class QuadFitter {
  public:
-  /// False if the hull is not a quad, or the component is not a frame with contents. O(rows + runs).
+  /// Returns false if the hull is not a quad or the component is not a frame around something. O(rows +
+  /// runs).
   bool fit(const RunComponents& components, const Component& component, Quad& quad);
 
  private:
@@ -59,16 +60,16 @@ class QuadFitter {
 
 /// Parameters of the edge search.
 struct EdgeSearch {
-  float reach_px = 2;  ///< to both sides of the edge
-  int sign = 1;        ///< 1: brighter outside the quad, -1: darker
-  int crossings = 20;  ///< minimum number of samples per edge; at most twice as many
-  /// Fits the line to the majority of the crossings, which excludes disturbed ones.
+  float reach_px = 2;  ///< to either side of the edge
+  int sign = 1;        ///< 1 if it is brighter outside the quad, -1 if darker
+  int crossings = 20;  ///< minimum number of samples per edge; at most twice as many are taken
+  /// Fits the line to the majority of the crossings, so that disturbed ones are excluded.
   bool majority = false;
 };
 
-/// Moves the four edges to the strongest change of the image (lines through the means of the squared
-/// gradients across them) and intersects them. False if an edge is not visible or a corner moved too far:
-/// `quad` is then unchanged.
+/// Moves the four edges to the strongest change in the image (lines through the means of the squared
+/// gradients across them) and intersects them. Returns false and leaves `quad` unchanged if an edge is not
+/// visible or a corner moved too far.
 bool sharpen_edges(const ImageView& image, const EdgeSearch& search, Quad& quad);
 
 }  // namespace waymark::search

@@ -14,7 +14,7 @@ namespace waymark::search {
 CodeIndex::CodeIndex(const Family& family, int max_distance)
     : codes_(family.codes), max_distance_(max_distance) {
   assert(max_distance >= 0 && max_distance <= 3);
-  constexpr unsigned kMaxBits = 16;  // of a piece: further bits are ignored
+  constexpr unsigned kMaxBits = 16;  // maximum bits per piece; further bits are ignored
   const auto bits = static_cast<unsigned>(family.bits.size());
   const unsigned count = static_cast<unsigned>(max_distance) + 1;
   for (unsigned i = 0; i < count; ++i) {
@@ -78,13 +78,13 @@ bool homography(const Quad& q, int width, Eigen::Matrix3f& px_H_cell) {
 
 namespace {
 
-constexpr std::size_t kMaxRingCells = 80;  // around a border of 19 cells
-constexpr std::size_t kMinArcCells = 3;    // cells
+constexpr std::size_t kMaxRingCells = 80;  // as many as surround a border of 19 cells
+constexpr std::size_t kMinArcCells = 3;
 
-/// The cells around the border, clockwise.
+/// The cells around the border, in clockwise order.
 struct Ring {
   std::array<Eigen::Vector2i, kMaxRingCells> cell;
-  std::array<float, kMaxRingCells + 1> sum{}, squares{};  ///< of the levels before a cell
+  std::array<float, kMaxRingCells + 1> sum{}, squares{};  ///< cumulative sums of the levels before each cell
   std::size_t count = 0;
 
   explicit Ring(const CellLevels& cells) {
@@ -102,17 +102,17 @@ struct Ring {
     squares[count + 1] = squares[count] + level * level;
     ++count;
   }
-  /// The point between the centres of a cell and the previous one.
+  /// The point midway between the centres of a cell and the previous one.
   [[nodiscard]] Eigen::Vector2f before(std::size_t i) const {
     const Eigen::Vector2i both = cell[i] + cell[(i + count - 1) % count];
     return 0.5F * both.cast<float>() + Eigen::Vector2f(0.5F, 0.5F);
   }
 };
 
-/// The cells in [begin, end), and all others.
+/// Divides the ring into the cells in [begin, end) and all others.
 struct Arcs {
   std::size_t begin = 0, end = 0;
-  float error = 0;  ///< sum of squares about the means of both
+  float error = 0;  ///< sum of squared deviations from the means of the two arcs
 };
 
 std::optional<Arcs> best_arcs(const Ring& ring) {
@@ -132,7 +132,7 @@ std::optional<Arcs> best_arcs(const Ring& ring) {
   return best;
 }
 
-/// Mean level of the cells of an arc except at its ends, which are partly in the shadow.
+/// Mean level of the cells in an arc, without those at its ends, which are partly in the shadow.
 float mean_of(const Ring& ring, std::size_t begin, std::size_t count) {
   float sum = 0;
   for (std::size_t k = 1; k + 1 < count; ++k) {
@@ -142,7 +142,7 @@ float mean_of(const Ring& ring, std::size_t begin, std::size_t count) {
   return sum / static_cast<float>(count - 2);
 }
 
-/// Mean level of the border's cells on both sides of the edge; false if one side has none.
+/// Mean levels of the border's cells on either side of the edge. Returns false if there are none on one side.
 bool border_levels(const CellLevels& cells, ShadowEdge& edge) {
   std::array<float, 2> count{};
   const int last = cells.width - 1;
@@ -176,8 +176,8 @@ float ShadowEdge::level_if_lit(float level, int x, int y) const {
 }
 
 std::optional<ShadowEdge> find_shadow_edge(const CellLevels& cells, float min_contrast) {
-  constexpr float kMaxUnexplained = 0.4F;  // maximum remaining share of the sum of squares
-  constexpr float kMinEdgeCells = 2;       // cells between the ends of the edge
+  constexpr float kMaxUnexplained = 0.4F;  // maximum share of the sum of squares that remains unexplained
+  constexpr float kMinEdgeCells = 2;       // distance between the ends of the edge
   const int around = 4 * (cells.width + 1);
   if (cells.width < 2 || static_cast<std::size_t>(around) > kMaxRingCells) return std::nullopt;
   const Ring ring(cells);
@@ -192,7 +192,7 @@ std::optional<ShadowEdge> find_shadow_edge(const CellLevels& cells, float min_co
   const float arc = mean_of(ring, arcs->begin, inside);
   const float rest = mean_of(ring, arcs->end, ring.count - inside);
   ShadowEdge edge;
-  // The arc is to the left of the direction from its begin to its end, because the ring is clockwise.
+  // The arc is on the left when facing from its begin to its end, because the ring is clockwise.
   const Eigen::Vector2f along = (to - from).normalized();
   edge.normal = Eigen::Vector2f(along.y(), -along.x()) * (arc > rest ? 1.0F : -1.0F);
   edge.offset = edge.normal.dot(from);
@@ -205,7 +205,7 @@ std::optional<ShadowEdge> find_shadow_edge(const CellLevels& cells, float min_co
 
 float evidence_bits(std::span<const float> distances, std::span<const std::uint16_t> cells,
                     std::uint64_t wrong_bits) {
-  constexpr float kSteepness = 8;     // 2 mu^2 / sigma^2 of levels at +-mu with noise of mu / 2
+  constexpr float kSteepness = 8;     // 2 mu^2 / sigma^2 for levels at +-mu with noise of mu / 2
   constexpr float kOutliers = 0.06F;  // share of cells changed by dirt, gloss or a shadow
   float mean = 0;
   for (const std::uint16_t at : cells) mean += std::abs(distances[at]);
@@ -225,8 +225,8 @@ namespace {
 
 constexpr float kHalf = 0.5F;
 
-/// Calls visit(side, inner x, inner y, outer x, outer y) for the cells along the border and those outside it.
-/// Side i follows corner i of the quad.
+/// Calls visit(side, inner x, inner y, outer x, outer y) for each cell along the border and the adjacent cell
+/// outside it. Side i follows corner i of the quad.
 template <class Visit>
 void for_border_pairs(int width, Visit&& visit) {
   for (int k = 0; k < width; ++k) {
@@ -237,7 +237,7 @@ void for_border_pairs(int width, Visit&& visit) {
   }
 }
 
-/// Least squares plane over cells that are symmetric about the centre: its three sums are independent.
+/// Least squares plane over cells that are symmetric about the centre, so its three sums are independent.
 class PlaneFit {
  public:
   explicit PlaneFit(int width) : middle_(kHalf * static_cast<float>(width - 1)) {}
@@ -273,7 +273,8 @@ ReadableFamily::ReadableFamily(const Family& family, int max_hamming)
     for (const BitCell& bit : family.bits) {
       int x = bit.x;
       int y = bit.y;
-      for (int k = 0; k < turn; ++k) {  // a turn moves TL of the print to the next corner of the quad
+      for (int k = 0; k < turn;
+           ++k) {  // a turn moves the TL corner of the print to the next corner of the quad
         const int before = x;
         x = width - 1 - y;
         y = before;
@@ -293,7 +294,7 @@ float TagReader::sample(const ImageView& image, float u, float v) const {
 }
 
 int TagReader::steps_outwards(const ImageView& image, const ReadableFamily& family) const {
-  constexpr float kStep = 4;  // grey levels
+  constexpr float kStep = 4;  // in grey levels
   const auto width = static_cast<float>(family.width);
   int steps = 0;
   for (const float k : {0.3F * width - kHalf, 0.7F * width}) {
@@ -351,7 +352,7 @@ std::array<int, 4> TagReader::border_pairs(const ReadableFamily& family, float s
   return pairs;
 }
 
-/// Constant levels, from all sides but one.
+/// Constant levels, computed from all sides except the covered one.
 TagReader::Levels TagReader::levels_beside(const ReadableFamily& family, std::size_t covered) const {
   const int side = side_of(family);
   const auto level = [&](int x, int y) {
@@ -384,8 +385,8 @@ void TagReader::sample_inside(const ImageView& image, const ReadableFamily& fami
 std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& quad,
                                             const ReadableFamily& family, bool inverted,
                                             ReadProgress& progress) {
-  constexpr int kMinSteps = 5;        // of 8
-  constexpr float kPairStep = 0.25F;  // of the contrast
+  constexpr int kMinSteps = 5;        // out of 8
+  constexpr float kPairStep = 0.25F;  // share of the contrast
   constexpr std::array<float, 3> kSharpening = {0.25F, 0.8F, 0};
   progress = {};
   if (!place(quad, family, inverted)) return std::nullopt;
@@ -414,7 +415,7 @@ std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& 
 std::optional<TagDetection> TagReader::read_covered(const ImageView& image, const Quad& quad,
                                                     const ReadableFamily& family, bool inverted,
                                                     std::size_t covered) {
-  constexpr float kPairStep = 0.25F;  // of the contrast
+  constexpr float kPairStep = 0.25F;  // share of the contrast
   constexpr float kSharpening = 0.25F;
   if (!place(quad, family, inverted)) return std::nullopt;
   (void)sample_border(image, family);
@@ -446,7 +447,8 @@ TagDetection turned(const Quad& quad, std::size_t turn, const TagId& tag, int ha
 
 }  // namespace
 
-/// Distances of the cells from the threshold, after moving each away from the mean of its neighbours.
+/// Computes the distances of the cells from the threshold, after moving the level of each cell away from the
+/// mean of its neighbours.
 void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, float amount) {
   const int side = side_of(family);
   const float middle = 0.5F * static_cast<float>(side - 1);
@@ -471,11 +473,11 @@ void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, floa
   }
 }
 
-/// Whether all bits to be corrected were nearly undecided. `margin`: mean distance of the known bits from the
-/// threshold, wrong ones counted as negative.
+/// Whether all bits to be corrected were nearly undecided. `margin` receives the mean distance of the known
+/// bits from the threshold, with wrong bits counted as negative.
 bool TagReader::all_nearly_undecided(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
                                      std::uint64_t known_bits, float& margin) const {
-  constexpr float kUndecided = 0.8F;  // of the mean distance of the right bits
+  constexpr float kUndecided = 0.8F;  // relative to the mean distance of the correct bits
   float right = 0;
   float wrong = 0;
   int wrong_count = 0;
@@ -496,8 +498,8 @@ bool TagReader::all_nearly_undecided(const ReadableFamily& family, std::size_t t
   return wrong <= kUndecided * mean_right * static_cast<float>(wrong_count);
 }
 
-/// In the signed levels the border is always low. A bit of value 1 is printed in the colour opposite to a
-/// dark border and equal to a bright one, inverted or not.
+/// In the signed levels, the border is always low. A bit of value 1 is printed in the opposite colour to a
+/// dark border, or in the same colour as a bright one; this also holds for inverted tags.
 std::uint64_t TagReader::code_of(const ReadableFamily& family, std::size_t turn) const {
   const bool one_is_high = !family.bright_border;
   std::uint64_t code = 0;
@@ -531,9 +533,9 @@ std::optional<TagDetection> TagReader::decode_known(const Quad& quad, const Read
   constexpr int kMaxWrong = 4;
   constexpr float kTurns = 4;
   // By the bound of evidence_bits(), random bits pass in at most one of 2^14 quads with a border, for any
-  // number of hypotheses. The actual rate is lower: if all levels are certain, two wrong bits remain of 36
-  // and 44 known tags, and 1.7 in a million quads pass. With one bit corrected 1.3 in a million pass for any
-  // tag of tag36h11.
+  // number of hypotheses. The actual rate is lower: if all levels are certain, two wrong bits can be accepted
+  // out of 36 for 44 known tags, and 1.7 in a million quads pass. For comparison, with one corrected bit, 1.3
+  // in a million pass as some tag of tag36h11.
   constexpr float kMinEvidenceBits = 14;
   if (family.known.empty()) return std::nullopt;
   const auto hypotheses = static_cast<float>(family.known.size() * kSharpening.size()) * kTurns;
@@ -575,7 +577,7 @@ std::optional<TagDetection> TagReader::decode_in_shadow(const Quad& quad, const 
 
 std::optional<TagDetection> TagReader::decode_beside(const Quad& quad, const ReadableFamily& family,
                                                      std::size_t covered) {
-  constexpr int kMinDistance = 5;  // between two codes, over the remaining bits
+  constexpr int kMinDistance = 5;  // between any two codes, over the remaining bits
   const int side = side_of(family);
   const auto next_to_it = [&](std::uint16_t at) {
     const int x = at % side - family.margin;

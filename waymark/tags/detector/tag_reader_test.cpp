@@ -57,7 +57,8 @@ TEST(CodeIndex, FindsTheOnlyCodeWithTheKnownBits) {
     const auto number = static_cast<int>(random.index(kind.codes.size()));
     const std::uint64_t code = kind.codes[static_cast<std::size_t>(number)];
     std::uint64_t known = (std::uint64_t{1} << 36U) - 1;
-    for (int i = 0; i < 6; ++i) known &= ~(std::uint64_t{1} << random.index(36));  // fewer than the 11 apart
+    for (int i = 0; i < 6; ++i)
+      known &= ~(std::uint64_t{1} << random.index(36));  // fewer than the minimum distance of 11
     EXPECT_EQ(index.find_exact(code ^ ~known, known), number);
     EXPECT_FALSE(index.find_exact(code ^ (known & ~(known - 1)), known)) << "a known bit is wrong";
   }
@@ -69,11 +70,11 @@ constexpr int kSide = kWidth + 2;
 constexpr float kBlack = 40;
 constexpr float kWhite = 200;
 
-/// A tag's cells with random bits, darkened where normal . place is less than the offset.
+/// The cells of a tag with random bits, darkened where normal . place is less than the offset.
 struct Shaded {
   std::vector<float> lit;
   std::vector<float> seen;
-  std::vector<float> share;  ///< illuminated share of a cell, by sub-samples
+  std::vector<float> share;  ///< illuminated share of each cell, computed from sub-samples
 
   Shaded(Random& random, double angle, double offset, float light_in_shadow) {
     for (int y = -1; y <= kWidth; ++y) {
@@ -122,7 +123,7 @@ TEST(ShadowEdge, CorrectedLevelsMatchTheLitOnesOnBothSides) {
     EXPECT_NEAR(edge->around[0], 0.35 * kWhite, 12) << round;
     EXPECT_NEAR(edge->border[1], kBlack, 6) << round;
   }
-  EXPECT_LT(undecided, cells / 100) << "cells that the edge crosses, seed 31";
+  EXPECT_LT(undecided, cells / 100) << "only cells that the edge crosses; seed 31";
 }
 
 TEST(ShadowEdge, IsNotFoundInEvenIllumination) {
@@ -135,7 +136,7 @@ TEST(ShadowEdge, IsNotFoundInEvenIllumination) {
 
 TEST(ShadowEdge, IsNotFoundWithoutContrast) {
   Random random(33);
-  const Shaded tag(random, 0, 4, 0.02F);  // contrast of black and white in the shadow is 3 grey levels
+  const Shaded tag(random, 0, 4, 0.02F);  // in the shadow, black and white differ by 3 grey levels
   EXPECT_FALSE(find_shadow_edge(tag.cells(), 10));
 }
 
@@ -145,7 +146,7 @@ TEST(ShadowEdge, IsNotFoundWithoutContrast) {
 namespace waymark {
 namespace {
 
-// Evidence of the cell levels for a code, and reading of known tags.
+// Tests the evidence that cell levels provide for a code, and the reading of known tags.
 
 constexpr std::uint64_t kSeed = 20261128;
 using search::evidence_bits;
@@ -153,7 +154,7 @@ using testing::paint_cells;
 using testing::paint_tag;
 using testing::square_corners;
 
-/// Cells 0 to n - 1 are the bits.
+/// Cells 0 to n - 1 hold the bits.
 std::vector<std::uint16_t> cells_of(std::size_t count) {
   std::vector<std::uint16_t> cells(count);
   std::iota(cells.begin(), cells.end(), std::uint16_t{0});
@@ -168,15 +169,16 @@ TEST(Evidence, GrowsWithCertainBitsAndShrinksWithWrongOnes) {
   EXPECT_LE(all, 36);
   EXPECT_LT(evidence_bits(sure, cells, 1), all - 4) << "a certain but wrong bit";
   std::vector<float> undecided = sure;
-  undecided[35] = 2;  // least significant
-  EXPECT_GT(evidence_bits(undecided, cells, 1), evidence_bits(sure, cells, 1) + 2) << "one nearly undecided";
+  undecided[35] = 2;  // the least significant bit
+  EXPECT_GT(evidence_bits(undecided, cells, 1), evidence_bits(sure, cells, 1) + 2)
+      << "a nearly undecided bit";
   EXPECT_EQ(evidence_bits(std::vector<float>(36, 0), cells, 0), 0);
   std::vector<float> half = sure;
   for (float& level : half) level *= 0.01F;
   EXPECT_NEAR(evidence_bits(half, cells, 0), all, 1e-3) << "independent of the contrast";
 }
 
-/// The threshold of known tags relies on this: under random bits the likelihood ratio has the mean 1, so t
+/// The threshold for known tags relies on this: for random bits, the likelihood ratio has a mean of 1, so t
 /// bits are reached with a probability of at most 2^-t.
 TEST(Evidence, RandomBitsSatisfyMarkovsBound) {
   Random random(kSeed);
@@ -200,7 +202,7 @@ TEST(Evidence, RandomBitsSatisfyMarkovsBound) {
     EXPECT_LE(reached.at(t), kTrials * std::exp2(-static_cast<double>(t))) << t << " bits";
 }
 
-/// Some bits of tag 7 are grey, slightly on the wrong side of the threshold.
+/// An image of tag 7 in which some bits are grey, slightly on the wrong side of the threshold.
 Image with_grey_bits(std::size_t count) {
   constexpr std::array<std::size_t, 8> kBits = {2, 9, 16, 23, 30, 34, 12, 27};
   Image image(220, 220, 140);
@@ -239,14 +241,14 @@ TEST(KnownTags, AreReadWithMoreWrongBits) {
     EXPECT_EQ(found[0].tag.number, 7);
     EXPECT_EQ(found[0].hamming, static_cast<int>(count));
   }
-  EXPECT_TRUE(known->detect(with_grey_bits(7)).value().empty()) << "too many";
+  EXPECT_TRUE(known->detect(with_grey_bits(7)).value().empty()) << "too many wrong bits";
 }
 
 TEST(KnownTags, NumbersOutsideTheFamilyAreIgnored) {
   EXPECT_TRUE(make_waymark_detector(knowing({-1, 587, 1'000'000})));
 }
 
-// Tags in a hard shadow or under a bar, which no single threshold decodes.
+// Tests tags in a hard shadow or under a bar, which cannot be decoded with a single threshold.
 
 using testing::add_noise;
 using testing::max_corner_error_px;
@@ -295,7 +297,7 @@ TEST(HiddenBits, ReadsTagsWithABarOverTheBorderAndSomeBits) {
     const TagCorners truth = in_the_middle(64, 0);
     Image image(200, 200, 140);
     paint_tag(image, tag, truth);
-    // A bright bar of 1.7 cells on the left side, which also covers the centres of six bits.
+    // A bright bar, 1.7 cells wide, on the left side also covers the centres of six bits.
     const int left = static_cast<int>(truth[0].x());
     for (int y = 0; y < image.height(); ++y)
       for (int x = left - 3; x < left + 14; ++x) image.row(y)[x] = 170;

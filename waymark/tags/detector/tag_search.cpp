@@ -7,18 +7,18 @@
 namespace waymark::search {
 namespace {
 
-/// Parameters of a binarisation of the image.
+/// Parameters for binarising the image.
 struct PlaneRule {
   std::uint16_t share_256 = 128;  ///< see ThresholdRule
   int row_step = 1;               ///< see BitPlane
-  int gates = 1;                  ///< minimum range of a window, in multiples of the global minimum
-  bool diagonals = true;          ///< whether pixels that share only a corner are joined, in a second pass
+  int gates = 1;                  ///< minimum range of levels in a window, in multiples of the global minimum
+  bool diagonals = true;          ///< whether pixels that share only a corner are joined in a second pass
 };
 
-/// The first threshold is a low share of the local range. A border darkened by a shadow, or joined to
-/// mid-grey surroundings, is still below it, but its paper is not. Tags found this way are large and not
-/// faint, so half of the rows suffice. The second threshold is half of the range, for small, blurred and
-/// faint tags.
+/// The first threshold is at a low share of the local range. A border that is darkened by a shadow or joined
+/// to mid-grey surroundings still lies below it, but the paper does not. Tags found this way are large and
+/// not faint, so half of the rows suffice. The second threshold is at half of the range, for small, blurred
+/// and faint tags.
 constexpr std::array<PlaneRule, 2> kPlanes = {{{64, 2, 2, false}, {128, 1, 1, true}}};
 
 bool inside(const std::array<Eigen::Vector2d, 4>& corners, const Eigen::Vector2d& point) {
@@ -103,18 +103,18 @@ void TagSearch::search_components(const ImageView& image, Polarity polarity, boo
     if (!components_.is_root(i)) continue;
     const Component& component = components_.components()[static_cast<std::size_t>(i)];
     if (joined && !component.joined_diagonally) continue;
-    // The same frame again, from the other threshold or joined to something inside it.
+    // The same frame is often found again, at the other threshold or joined to something inside it.
     if (may_be_frame(image, component) && boxes_.insert(component))
       search_component(image, polarity, component);
   }
 }
 
-/// Uses the box and the area alone, and accepts a frame one cell wide around a tag with at least one pixel
-/// per cell.
+/// Considers only the box and the area, and accepts any frame one cell wide around a tag with at least one
+/// pixel per cell.
 bool TagSearch::may_be_frame(const ImageView& image, const Component& component) const {
   constexpr double kBoxShare = 0.12;
-  constexpr int kFrame = 3;           // px along the frame
-  constexpr double kRunsARow = 1.25;  // a frame has two or more in most rows, a spot has one
+  constexpr int kFrame = 3;           // minimum area in px, per px of the length of the frame
+  constexpr double kRunsARow = 1.25;  // a frame has two or more runs in most rows, a spot has one
   constexpr double kMaxRunsARow = 5;
   const int width = component.x1 - component.x0;
   const int height = component.y1 - component.y0;
@@ -124,7 +124,8 @@ bool TagSearch::may_be_frame(const ImageView& image, const Component& component)
   return width < 0.95 * image.width || height < 0.95 * image.height;
 }
 
-/// Whether a tag was found at this quad. A tag printed inside another is much smaller than it.
+/// Whether a tag has already been found at this quad. A tag printed inside another one is much smaller than
+/// it.
 bool TagSearch::known(const Quad& quad) const {
   constexpr double kMaxInnerArea = 0.05;
   const Eigen::Vector2d middle = (0.5F * (quad[0] + quad[2])).cast<double>();
@@ -136,16 +137,16 @@ bool TagSearch::known(const Quad& quad) const {
 
 namespace {
 
-constexpr float kPreciseCell = 2;  // px; for smaller cells the outline is too imprecise
-constexpr float kSmallCell = 5;    // px; for larger cells one pixel does not matter
+constexpr float kPreciseCell = 2;  // in px; the outline of smaller cells is too imprecise
+constexpr float kSmallCell = 5;    // in px; a deviation of one pixel does not matter for larger cells
 
 }  // namespace
 
 void TagSearch::search_component(const ImageView& image, Polarity polarity, const Component& component) {
-  constexpr float kMaxReachPx = 2.5F;        // px
-  constexpr float kReachBeyondCell = 1.25F;  // cells
-  constexpr float kLargeCell = 3;            // px
-  constexpr double kRunsARow = 2;            // minimum, with bits inside
+  constexpr float kMaxReachPx = 2.5F;
+  constexpr float kReachBeyondCell = 1.25F;  // in cells
+  constexpr float kLargeCell = 3;            // in px
+  constexpr double kRunsARow = 2;            // minimum for a border with bits inside
   Attempt attempt;
   if (!fitter_.fit(components_, component, attempt.outline)) return;
   ++counts_.quads;
@@ -154,7 +155,7 @@ void TagSearch::search_component(const ImageView& image, Polarity polarity, cons
   attempt.sign = polarity == Polarity::Dark ? 1 : -1;
   attempt.reach_px = std::clamp(0.9F * attempt.cell_px, 1.0F, kMaxReachPx);
   if (read_outline(image, attempt)) return;
-  // An object that touches the border at a side, and extends beyond it, shifts the outline by up to a cell.
+  // An object that touches a side of the border and extends beyond it shifts the outline by up to a cell.
   const int height = component.y1 - component.y0;
   if (attempt.cell_px < kLargeCell || component.run_count < kRunsARow * height) return;
   attempt.reach_px = kReachBeyondCell * attempt.cell_px;
@@ -163,11 +164,11 @@ void TagSearch::search_component(const ImageView& image, Polarity polarity, cons
 }
 
 bool TagSearch::read_outline(const ImageView& image, Attempt& attempt) {
-  constexpr int kCrossingsPerEdge = 8;  // enough to locate an edge
+  constexpr int kCrossingsPerEdge = 8;  // enough to locate the edge
   constexpr int kMinChangesToVary = 14;
-  constexpr float kFinalReachPx = 1.5F;  // px
+  constexpr float kFinalReachPx = 1.5F;
   const bool precise = attempt.cell_px > kPreciseCell;
-  // Of 8. The outline of a component is at most a pixel off, or else half of it is correct.
+  // Out of 8. Either the outline of a component is at most a pixel off, or half of it is correct.
   constexpr int kMinSteps = 5;
   constexpr int kHalf = 4;
   if (precise && !has_steps_outwards(image, attempt.outline, attempt.far ? kHalf : kMinSteps)) return false;
@@ -201,9 +202,9 @@ bool TagSearch::read_any(const ImageView& image, const Quad& quad, ReadProgress&
   return false;
 }
 
-/// The outline of small and blurred tags is off by part of a cell; growing or shrinking it by a pixel makes
-/// them readable. This is tried only after the border was detected, because no tag of the rendered sets was
-/// read without it.
+/// The outlines of small and blurred tags are off by part of a cell; growing or shrinking them by a pixel
+/// makes these tags readable. This is attempted only if the border was detected, because no tag in the
+/// rendered sets was read otherwise.
 bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt) {
   constexpr std::array<float, 5> kGrowth = {-0.35F, 0.3F, -0.7F, 0.6F, -1.0F};
   ReadProgress ignored;
@@ -215,8 +216,9 @@ bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt) {
   return false;
 }
 
-/// If something covers one side of the border, the quad ends where the cover begins or, if it is dark and
-/// outside, where it ends. The bits inside determine the side and its correct position.
+/// If something covers one side of the border, the quad ends where the covering object begins or, if that
+/// object is dark and extends outwards, where it ends. The bits inside reveal which side is affected and
+/// where it really is.
 bool TagSearch::read_covered(const ImageView& image, const Quad& quad) {
   for (const Wanted& wanted : wanted_) {
     const ReadableFamily& family = *wanted.family;

@@ -15,8 +15,8 @@
 
 namespace waymark::search {
 
-/// The boxes of components that were examined, in a hash set with open addressing. Allocates nothing once it
-/// has grown.
+/// The boxes of the components that have been examined, in a hash set with open addressing. Does not allocate
+/// once it has grown.
 class BoxSet {
  public:
   void clear() {
@@ -24,14 +24,14 @@ class BoxSet {
     count_ = 0;
   }
 
-  /// False if a component with the same box was already inserted.
+  /// Returns false if a component with the same box has already been inserted.
   bool insert(const Component& component) {
     if (2 * count_ >= slots_.size()) grow();
     return insert_key(key_of(component));
   }
 
  private:
-  static constexpr std::uint64_t kFree = 0;  // not a box: x1 and y1 are at least 1
+  static constexpr std::uint64_t kFree = 0;  // cannot be a box, because x1 and y1 are at least 1
 
   static std::uint64_t key_of(const Component& c) {
     const auto part = [](std::int16_t value) {
@@ -61,7 +61,7 @@ class BoxSet {
     }
   }
 
-  std::vector<std::uint64_t> slots_ = std::vector<std::uint64_t>(1024, kFree);  // a power of two
+  std::vector<std::uint64_t> slots_ = std::vector<std::uint64_t>(1024, kFree);  // the size is a power of two
   std::size_t count_ = 0;
 };
 
@@ -71,22 +71,23 @@ struct SearchOptions {
   bool find_inverted = false;
 };
 
-/// Work done by one search, for tests of its cost.
+/// The work done in one search, for tests of its cost.
 struct SearchCounts {
   std::size_t runs = 0;
   std::size_t components = 0;
   std::size_t quads = 0;
-  std::size_t borders = 0;  ///< quads whose bits were read
+  std::size_t borders = 0;  ///< number of quads whose bits were read
 };
 
-/// The search for tags in one image, with its memory; each thread needs its own instance. Its steps are
-/// thresholds in bit planes, connected components, quads and bits (docs/concepts/detection.md).
+/// Searches for the tags in one image, with a workspace of its own; each thread needs a separate instance.
+/// The steps are thresholding into bit planes, connected components, quads, and bits
+/// (docs/concepts/detection.md).
 class TagSearch {
  public:
   explicit TagSearch(const SearchOptions& options, const PlaneKernels& kernels = best_plane_kernels());
 
-  /// The tags of these families, in the order of detection. Valid until the next call. No allocation once the
-  /// workspace has grown. O(pixels / 64 + runs + quads).
+  /// The tags of these families, in the order in which they are found. The reference is valid until the next
+  /// call. Does not allocate once the workspace has grown. O(pixels / 64 + runs + quads).
   const std::vector<TagDetection>& run(const ImageView& image, const std::vector<ReadableFamily>& families);
 
   [[nodiscard]] const SearchCounts& counts() const { return counts_; }
@@ -97,13 +98,13 @@ class TagSearch {
     const ReadableFamily* family = nullptr;
     bool inverted = false;
   };
-  /// An attempt at a quad, and the next retry.
+  /// An attempt to read a quad, with the parameters of the next retry.
   struct Attempt {
     Quad outline;
     Quad sharpened;
     float cell_px = 0;
-    float reach_px = 0;  ///< initial reach of the edge search around the outline
-    int sign = 1;        ///< 1: brighter outside
+    float reach_px = 0;  ///< initial reach of the edge search on either side of the outline
+    int sign = 1;        ///< 1 if the image is brighter outside the quad, -1 if darker
     bool far = false;    ///< the outline is imprecise
   };
 
@@ -129,9 +130,9 @@ class TagSearch {
   TagReader reader_;
   BitGrid grid_;
   std::vector<Wanted> wanted_;
-  int least_width_ = 1;  ///< [cell] of the families searched for
+  int least_width_ = 1;  ///< smallest width in cells among the families searched for
   int gate_ = 0;
-  BoxSet boxes_;  ///< of this polarity's components so far
+  BoxSet boxes_;  ///< boxes of the components of this polarity so far
   std::vector<TagDetection> found_;
   SearchCounts counts_;
 };

@@ -76,7 +76,7 @@ Result<std::vector<TagDetection>> WaymarkDetector::detect(const ImageView& image
   return detections;
 }
 
-/// Rejects options of AprilTag 3, which this detector would ignore.
+/// Rejects options that apply only to AprilTag 3, because this detector would ignore them.
 Status check_own_options(const DetectorOptions& options) {
   constexpr std::array<std::string_view, 6> kOwn = {
       "detector", "families", "max_hamming", "min_decision_margin", "find_inverted", "min_white_black_diff"};

@@ -72,8 +72,8 @@ TEST_P(EveryFamilyHere, SeveralTagsAreDistinguished) {
   EXPECT_EQ(std::count_if(found.begin(), found.end(), [&](const auto& one) { return one.tag == tag; }), 1);
 }
 
-/// Tests any order of the families, also with tags that have a covered side, which are read by another
-/// method.
+/// Tests that the families may be listed in any order, also for tags with a covered side, which are read by
+/// another method.
 TEST_P(EveryFamilyHere, IsReadInAnyOrderOfFamilies) {
   Image image(200, 200, 140);
   const TagId tag{GetParam(), 1};
@@ -110,7 +110,7 @@ TEST_P(EveryFamilyHere, InvertedPrintsAreFoundOnRequest) {
   Image image(200, 200, 140);
   const TagId tag{GetParam(), 3};
   const TagCorners truth = in_the_middle(80, 1.1);
-  paint_tag(image, tag, truth, 220, 30);  // black bright, white dark
+  paint_tag(image, tag, truth, 220, 30);  // with black printed bright and white printed dark
   EXPECT_TRUE(made(options)->detect(image).value().empty());
   options.find_inverted = true;
   const auto found = made(options)->detect(image).value();
@@ -123,7 +123,7 @@ TEST(WaymarkDetector, CorrectsUpToMaxHammingBits) {
   const Family& kind = family(FamilyId::Tag36h11);
   for (const int wrong : {0, 1, 2, 3}) {
     std::vector<std::uint8_t> cells = bitmap({kind.id, 7});
-    for (int i = 0; i < wrong; ++i) {  // a bit on the wrong side, fainter than the others
+    for (int i = 0; i < wrong; ++i) {  // each of these bits is on the wrong side, but fainter than the others
       const BitCell& bit = kind.bits[static_cast<std::size_t>(9 * i + 4)];
       std::uint8_t& cell = cells[static_cast<std::size_t>((bit.y + 1) * kind.total_width + bit.x + 1)];
       cell = cell == 0 ? 255 : 0;
@@ -132,7 +132,8 @@ TEST(WaymarkDetector, CorrectsUpToMaxHammingBits) {
     paint_cells(image, kind, cells, in_the_middle(80, 0.3));
     Image faint = image;
     paint_tag(faint, {kind.id, 7}, in_the_middle(80, 0.3));
-    for (int y = 0; y < 200; ++y) {  // wrong bits are three quarters as far from the threshold as the others
+    for (int y = 0; y < 200;
+         ++y) {  // wrong bits are only three quarters as far from the threshold as the others
       for (int x = 0; x < 200; ++x) {
         const int difference = image.row(y)[x] - faint.row(y)[x];
         image.row(y)[x] = static_cast<std::uint8_t>(faint.row(y)[x] + difference * 7 / 8);
@@ -142,7 +143,7 @@ TEST(WaymarkDetector, CorrectsUpToMaxHammingBits) {
     for (options.max_hamming = 0; options.max_hamming <= 2; ++options.max_hamming) {
       const auto found = made(options)->detect(image).value();
       ASSERT_EQ(found.size(), wrong <= options.max_hamming ? 1U : 0U)
-          << wrong << " of " << options.max_hamming;
+          << wrong << " wrong bits; max_hamming is " << options.max_hamming;
       for (const TagDetection& tag : found) EXPECT_EQ(tag.hamming, wrong);
     }
   }
@@ -220,8 +221,9 @@ TEST(WaymarkDetector, AllKernelsFindTheSame) {
 }
 
 TEST(WaymarkDetector, RandomFramesAreRarelyTags) {
-  // A black frame on white with random bits in it is a quad with a perfect border: only the codes distinguish
-  // it from a tag. Two corrected bits: 587 codes, 4 turns, 667 patterns of 2^36, one in 44 000.
+  // A black frame on white with random bits inside is a quad with a perfect border: only the codes
+  // distinguish it from a tag. With two corrected bits, there are 587 codes, 4 turns and 667 error patterns
+  // among 2^36 words, that is, one in 44 000.
   DetectorOptions options;
   options.max_hamming = 2;
   const auto detector = made(options);
@@ -242,7 +244,7 @@ TEST(WaymarkDetector, RandomFramesAreRarelyTags) {
     }
     found += detector->detect(image)->size();
   }
-  EXPECT_EQ(found, 0U) << "of 1296 frames";
+  EXPECT_EQ(found, 0U) << "tags found in 1296 frames";
 }
 
 TEST(WaymarkDetector, NoiseHasNoTags) {

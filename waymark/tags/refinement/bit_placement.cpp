@@ -21,7 +21,7 @@ struct Level {
   [[nodiscard]] double mean() const { return sum / std::max(1, count); }
 };
 
-/// Mean levels of black and of white; each pixel belongs to its cell.
+/// Mean levels of black and of white; each pixel is assigned to the cell that contains it.
 std::array<Level, 2> levels(const InnerPixels& pixels) {
   std::array<Level, 2> both;
   for (int i = 0; i < pixels.count; ++i) {
@@ -36,18 +36,20 @@ std::array<Level, 2> levels(const InnerPixels& pixels) {
   return both;
 }
 
-/// Derivative of the outward displacements (kFrom, kTo) of the four edges [px] with respect to the unknowns.
-/// The edges are lines at s = +-1 and t = +-1; their ends are at -1 and 1 of the other coordinate.
+/// Derivatives of the outward displacements (kFrom, kTo) of the four edges [px] with respect to the unknowns.
+/// The edges are the lines s = +-1 and t = +-1; they end where the other coordinate is -1 and 1.
 EdgesByInner edges_by_place(const InnerVector& x, double outwards) {
   EdgesByInner J = edges_by_growth(x, outwards);
   for (std::size_t k = 0; k < 4; ++k) {
     const bool across_s = k % 2 == 1;               // edges 1 and 3 are lines of constant s
-    const double side = k == 1 || k == 2 ? 1 : -1;  // of the tag on which the edge lies
+    const double side = k == 1 || k == 2 ? 1 : -1;  // side of the tag on which the edge lies
     const double blur_px = std::exp(x[across_s ? kBlurS : kBlurT]);
     const int axis = across_s ? 0 : 1;
     for (const int end : {kFrom, kTo}) {
       const double beside =
-          (k < 2) == (end == kTo) ? 1 : -1;  // edges 0 and 1 run along s and t, 2 and 3 back
+          (k < 2) == (end == kTo)
+              ? 1
+              : -1;  // edges 0 and 1 run along s and t, edges 2 and 3 in the opposite directions
       const auto row = static_cast<Eigen::Index>(2 * k) + end;
       J(row, kShiftS + axis) = side * blur_px;
       J(row, kStretchS + axis) = blur_px;
@@ -59,11 +61,11 @@ EdgesByInner edges_by_place(const InnerVector& x, double outwards) {
   return J;
 }
 
-/// Fit of the bits for one set of corners.
+/// The fit to the bits for one set of corners.
 struct Look {
   InnerEstimate estimate;
-  double variance = 0;       ///< of a pixel [grey level^2]
-  Matrix8 corners_by_edges;  ///< derivative of the corners with respect to the edges
+  double variance = 0;       ///< variance of a pixel [grey level^2]
+  Matrix8 corners_by_edges;  ///< derivatives of the corners with respect to the edges
 };
 
 std::optional<Look> look_at(const ImageView& image, const TagDetection& at, const RefinementOptions& options,
@@ -77,7 +79,7 @@ std::optional<Look> look_at(const ImageView& image, const TagDetection& at, cons
   const std::array<double, 4> bend_px = expect_bends(camera, options.curvature_per_px, tag.edges);
   tag.lens = camera != nullptr ? lens_field(*camera, tag.edges) : std::nullopt;
   TagEstimate
-      even;  // edges curve as the camera model predicts; the slopes of the levels model uneven illumination
+      even;  // edges curve only as the camera model predicts; slopes of the levels model uneven illumination
   for (EdgeVector& edge : even.edges) edge.setZero();
   read_inner_pixels(image, at.tag, tag, even, InnerPixels::kPlacementPixels, pixels);
   const std::array<Level, 2> level = levels(pixels);
@@ -95,9 +97,9 @@ std::optional<Look> look_at(const ImageView& image, const TagDetection& at, cons
   return Look{averaged(fit, prior), fit.variance, intersection(tag.edges)};
 }
 
-/// The covariance of corners placed by the bits.
+/// The covariance of corners that were placed by the bits.
 Matrix8 covariance_of(const Look& look, const EdgesByInner& J) {
-  constexpr double kModelPx = 0.02;  // print, unknown curvature
+  constexpr double kModelPx = 0.02;  // error of the print and of the unknown curvature
   Matrix8 edges = J * look.estimate.covariance * J.transpose();
   edges.diagonal().array() += kModelPx * kModelPx;
   const Matrix8 corners = look.corners_by_edges * edges * look.corners_by_edges.transpose();
@@ -115,10 +117,10 @@ double farthest_px(const Quad& a, const Quad& b) {
 std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDetection& detection,
                                             const RefinementOptions& options, const CameraModel* camera) {
   constexpr int kMaxPasses = 6;
-  constexpr double kMaxResidual = 0.04;   // of the step: larger if gloss covers bits too
-  constexpr double kMaxShiftCells = 0.4;  // beyond half a cell, other bits would be read
+  constexpr double kMaxResidual = 0.04;   // relative to the step; exceeded if gloss covers bits too
+  constexpr double kMaxShiftCells = 0.4;  // beyond half a cell, the wrong bits would be read
   const double outwards = family(detection.tag.family).reversed_border ? -1.0 : 1.0;
-  // including the border: three rows of three bits are too few for the unknowns
+  // Includes the border: three rows of three bits are too few for this number of unknowns.
   constexpr int kMinCells = 6;
   if (family(detection.tag.family).width_at_border < kMinCells) return std::nullopt;
   const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
@@ -136,7 +138,7 @@ std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDet
       at.corners_px[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
     if (farthest_px(detection.corners_px, at.corners_px) > farthest) return std::nullopt;
     const Matrix8 covariance = covariance_of(*look, J);
-    // Each iteration samples other pixels of a large tag, so the corners converge only to within their
+    // For a large tag, each iteration samples different pixels, so the corners converge only to within their
     // standard deviation.
     if ((moved.array().square() > covariance.diagonal().array()).any()) continue;
     if (residual > kMaxResidual) return std::nullopt;

@@ -1,4 +1,4 @@
-// Tests corners from the bits inside, for tags with an unreliable border.
+// Tests corners that are estimated from the bits inside, for tags with an unreliable border.
 #include "waymark/tags/refinement/bit_placement.hpp"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ Print print_of(FamilyId id, double roll_rad) {
   return print;
 }
 
-/// White paper over a fifth of a cell along the first edge.
+/// An image in which white paper covers a fifth of a cell along the first edge.
 Image covered(const Print& print) {
   const auto corners = corners_of(print);
   const Eigen::Vector2d inwards = (corners[3] - corners[0]).normalized();
@@ -45,7 +45,7 @@ Image covered(const Print& print) {
   return image;
 }
 
-/// A border that is partly covered moves an edge by more than a pixel.
+/// If the border is partly covered, an edge moves by more than a pixel.
 TEST(BitPlacement, FindsACoveredEdgeFromTheBits) {
   Random random(6);
   double nees = 0;
@@ -75,7 +75,8 @@ TEST(BitPlacement, KeepsCornersIfTheBorderAgrees) {
   }
 }
 
-/// Agrees with the corners from an intact border; families with few bits inside may have no result.
+/// The result agrees with the corners estimated from an intact border. For families with few bits inside
+/// there may be no result.
 TEST(BitPlacement, AgreesWithAnIntactBorder) {
   Random random(8);
   for (const FamilyId id : kAllFamilies) {
@@ -87,7 +88,7 @@ TEST(BitPlacement, AgreesWithAnIntactBorder) {
     EXPECT_TRUE(placed || few || family(id).reversed_border) << to_string(id);
     if (placed)
       EXPECT_LT(testing::nees(placed->corners_px, placed->covariance_px2, print), 24)
-          << to_string(id);  // of 8
+          << to_string(id);  // the expected value is 8
   }
 }
 
@@ -97,7 +98,7 @@ TEST(BitPlacement, HasNoResultWithoutBits) {
   const TagDetection detection = detection_at(print, 0.3, random);
   Image blank(render(print).width(), render(print).height(), 120);
   EXPECT_FALSE(refinement::place_by_bits(blank, detection, {}, nullptr));
-  TagDetection other = detection;  // its bits differ from the print
+  TagDetection other = detection;  // a tag whose bits differ from the print
   other.tag.number = 4;
   EXPECT_FALSE(refinement::place_by_bits(render(print), other, {}, nullptr));
   for (int y = 0; y < blank.height(); ++y)

@@ -21,12 +21,12 @@ using namespace refinement;  // the parts of this refinement
 
 constexpr int kMaxPasses = 4;
 constexpr int kMaxIterations = 6;
-constexpr double kPassTolerancePx = 0.1;   ///< below this shift of the corners the image is not read again
+constexpr double kPassTolerancePx = 0.1;   ///< if all corners move less, the image is not read again
 constexpr double kFirstTolerancePx = 0.1;  ///< convergence tolerance of the first pass, with a wide band
 constexpr double kTolerancePx = 0.01;  ///< convergence tolerance; the next step would be far below the noise
 
-/// Twice the signed area of the smallest triangle of three consecutive corners; > 0 for a convex clockwise
-/// quad.
+/// Twice the signed area of the smallest triangle formed by three consecutive corners; positive for a convex
+/// clockwise quad.
 double smallest_triangle(const Quad& c) {
   double smallest = 1e300;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -43,8 +43,8 @@ bool usable(const ImageView& image, const TagDetection& detection) {
     return false;
   for (const Vector2d& corner : detection.corners_px) {
     if (!corner.allFinite()) return false;
-    // Allows one image size beyond each side: enough for a tag partly out of view, and far from overflow of
-    // an int or a float.
+    // Allows a margin of one image size on each side: enough for a tag partly out of view, and far from any
+    // overflow of an int or a float.
     if (std::abs(corner.x() - 0.5 * image.width) > 1.5 * image.width) return false;
     if (std::abs(corner.y() - 0.5 * image.height) > 1.5 * image.height) return false;
   }
@@ -58,11 +58,11 @@ bool cut_by_border(const ImageView& image, const TagDetection& detection, double
   });
 }
 
-/// Gauss-Newton on the pixels of the current bands; nothing if too few are left.
+/// Gauss-Newton iteration on the pixels of the current bands; returns `nullopt` if too few are left.
 std::optional<TagSolve> iterate(const Priors& priors, bool first_pass, TagBands& tag, TagEstimate& estimate) {
   const double settled_px = first_pass ? kFirstTolerancePx : kTolerancePx;
   std::optional<TagSolve> solve;
-  bool covered = true;  // until no slice is dropped
+  bool covered = true;  // repeated until no more slices are dropped
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     double cost = linearize_all(estimate.edges, estimate.illumination_per_px, tag);
     if (covered && iteration > 0) {
@@ -110,9 +110,10 @@ void start(const RefinementOptions& options, const TagBands& tag, TagEstimate& e
 }
 
 /// Moves the corners to the edges predicted by the bits inside the border. If the bits contradict the border
-/// (covered, or joined to its background), the fit is rejected. If they nearly contradict it, the covariance
-/// is scaled by the scale factor of the Particle Data Group ("Review of particle physics", section 5.2.2).
-/// The factor is squared, because its first power proved too small for white margins of a quarter of a cell.
+/// (because it is covered or merges with its background), the fit is rejected. If they nearly contradict it,
+/// the covariance is scaled by the scale factor of the Particle Data Group ("Review of particle physics",
+/// section 5.2.2). The factor is squared, because without squaring it proved too small for white margins of a
+/// quarter of a cell.
 RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool& border_is_uncertain,
                           RefinedCorners& result) {
   constexpr double kContradictionSigmas = 4;
@@ -150,7 +151,8 @@ RefinementOutcome fit(const ImageView& image, const TagDetection& detection, con
     priors.bend_sigma_px = expect_bends(camera, options.curvature_per_px, tag.edges);
     if (!read_bands(image, near, blur_px, pass == 0, tag)) return RefinementOutcome::TooLittleSeen;
     if (pass == 0) start(options, tag, estimate);
-    for (EdgeVector& x : estimate.edges) x.head<2>().setZero();  // the corners have been moved by it
+    for (EdgeVector& x : estimate.edges)
+      x.head<2>().setZero();  // the corners have already been moved accordingly
     solve = iterate(priors, pass == 0, tag, estimate);
     if (!solve) return RefinementOutcome::TooLittleSeen;
     const Eigen::Matrix<double, 8, 1> moved = intersection(tag.edges) * displacements(estimate);
@@ -179,7 +181,7 @@ RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& 
   const double step = family(detection.tag.family).reversed_border ? -result.contrast : result.contrast;
   if (step < options.min_contrast) return RefinementOutcome::LowContrast;
   if (result.noise > options.max_residual * step) return RefinementOutcome::PoorFit;
-  // Sharp edges along pixel borders leave their position between the pixels undetermined.
+  // If sharp edges run along pixel boundaries, their position between the pixels is undetermined.
   if (Eigen::LLT<CornerCovariance>(result.covariance_px2).info() != Eigen::Success)
     return RefinementOutcome::PoorFit;
   const double largest = result.covariance_px2.diagonal().maxCoeff();
@@ -187,7 +189,7 @@ RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& 
   return RefinementOutcome::Refined;
 }
 
-/// Whether placement by bits is worth trying after this outcome.
+/// Whether it is worth trying to place the tag by its bits after this outcome.
 bool may_place_by_bits(RefinementOutcome outcome) {
   return outcome == RefinementOutcome::TooLittleSeen || outcome == RefinementOutcome::LowContrast ||
          outcome == RefinementOutcome::PoorFit || outcome == RefinementOutcome::MovedTooFar;

@@ -13,7 +13,8 @@
 
 namespace waymark {
 
-/// Thresholds and priors of the refinement. The defaults are calibrated: docs/concepts/corner_refinement.md.
+/// Thresholds and priors for the refinement. The defaults are calibrated: see
+/// docs/concepts/corner_refinement.md.
 struct RefinementOptions {
   double min_cell_px = 1.0;
   double max_shift_px = 1.5;
@@ -62,50 +63,52 @@ struct RefinementOptions {
   }
 };
 
-/// Result of the refinement of one tag.
+/// The outcome of refining one tag.
 enum class RefinementOutcome : std::uint8_t {
-  Refined,        ///< the corners are those of the fit
-  UnusableQuad,   ///< corners not finite, not convex, not clockwise or outside the image, or an id that the
-                  ///< family does not have
-  TooSmall,       ///< cells below min_cell_px
-  CutByBorder,    ///< a corner at the border of the image or beyond: the true one may be a cell farther out
-  TooLittleSeen,  ///< too few visible pixels of some edge
-  LowContrast,    ///< no step from the border to its surroundings
-  PoorFit,        ///< residual above max_residual, no convergence, or larger variance than without the fit
-  MovedTooFar,    ///< an edge moved further than max_shift_px
+  Refined,        ///< the corners are those found by the fit
+  UnusableQuad,   ///< the corners are not finite, convex, clockwise and inside the image, or the family does
+                  ///< not have this id
+  TooSmall,       ///< the cells are smaller than min_cell_px
+  CutByBorder,    ///< a corner is at or beyond the image border: the true corner may be a cell farther out
+  TooLittleSeen,  ///< too few pixels of an edge are visible
+  LowContrast,    ///< there is no step between the border and its surroundings
+  PoorFit,  ///< the residual exceeds max_residual, the fit did not converge, or the variance is larger than
+            ///< without it
+  MovedTooFar,  ///< an edge moved farther than max_shift_px
 };
 
 /// Name of an outcome: "refined", "too_small", …
 [[nodiscard]] std::string_view to_string(RefinementOutcome outcome);
 
 /// Corners with their covariance. Always usable: if the fit failed, these are the input corners with the
-/// covariance of unrefined_sigma_px. For a tag cut by the border of the image, the standard deviation of all
-/// four corners is one cell, because that much of the black border may be missing.
+/// covariance given by unrefined_sigma_px. If the image border cuts off a tag, all four corners have a
+/// standard deviation of one cell, because that much of the black border may be missing.
 struct RefinedCorners {
   RefinementOutcome outcome = RefinementOutcome::UnusableQuad;
-  std::array<Eigen::Vector2d, 4> corners_px{};                 ///< TL, TR, BR, BL, pixel centres at +1/2
-  CornerCovariance covariance_px2 = CornerCovariance::Zero();  ///< of x0 y0 … x3 y3; positive definite
-  double blur_px = 0;  ///< fitted standard deviation of the blur, pixel included; 0 if not refined
-  double contrast =
-      0;  ///< [grey level] fitted step from the border to its surroundings, negative for reversed families
-  double noise = 0;  ///< [grey level] root mean square residual, used as the image's noise
-  int pixels = 0;    ///< number of pixels used
-  /// The border contradicts the bits inside (covered, glossy, or too narrow a white margin), so the corners
-  /// are from the bits alone.
+  std::array<Eigen::Vector2d, 4> corners_px{};                 ///< TL, TR, BR, BL; pixel centres are at +1/2
+  CornerCovariance covariance_px2 = CornerCovariance::Zero();  ///< for x0 y0 … x3 y3; positive definite
+  double blur_px = 0;   ///< fitted standard deviation of the blur, including the pixel; 0 if not refined
+  double contrast = 0;  ///< [grey level] fitted step from the border to its surroundings; negative for
+                        ///< families with a reversed border
+  double noise = 0;     ///< [grey level] root mean square of the residuals, used as the noise of the image
+  int pixels = 0;       ///< number of pixels used
+  /// The border contradicts the bits inside (because it is covered or glossy or has too narrow a white
+  /// margin), so the corners were estimated from the bits alone.
   bool by_bits = false;
 
   [[nodiscard]] bool refined() const { return outcome == RefinementOutcome::Refined; }
 };
 
 /// Fits the four border edges of a tag to the pixels of the original image and intersects them. Each edge is
-/// a step with Gaussian blur, next to the bits that its family prints there. Positions, levels and blur are
-/// fitted by Gauss-Newton, all four edges at once. The covariance is that of the least squares estimate with
-/// the noise level of the residuals, plus an allowance for model errors. See
-/// docs/concepts/corner_refinement.md.
+/// modelled as a step with Gaussian blur, next to the bits that its family prints there. Positions, levels
+/// and blur are fitted by Gauss-Newton iteration to all four edges at once. The covariance is that of the
+/// least squares estimate, with the noise level given by the residuals, plus an allowance for model errors.
+/// See docs/concepts/corner_refinement.md.
 ///
-/// With `camera`, edges are curved as its distortion curves straight lines; corners stay in distorted pixels.
+/// With `camera`, edges are expected to curve as straight lines do under its distortion; corners remain in
+/// distorted pixels.
 ///
-/// Pure and re-entrant; allocates nothing. O(pixels along the border), tens of microseconds.
+/// Pure and re-entrant; does not allocate. O(pixels along the border); takes tens of microseconds.
 [[nodiscard]] RefinedCorners refine_corners(const ImageView& image, const TagDetection& detection,
                                             const RefinementOptions& options = {},
                                             const CameraModel* camera = nullptr);

@@ -45,7 +45,7 @@ TEST(Refinement, FindsTheCornersOfCleanTagsOfAllSizes) {
       const auto result = refine_corners(render(print), detection_at(print, 0.15, random), straight());
       ASSERT_TRUE(result.refined()) << to_string(result.outcome);
       EXPECT_LT(worst_error(result.corners_px, print), side_px < 20 ? 0.03 : 0.01) << side_px;
-      // Blur variance of lens and pixel: 0.36 + 1/12.
+      // The variance of the blur is that of the lens plus that of the pixel: 0.36 + 1/12.
       EXPECT_NEAR(result.blur_px, std::sqrt(0.36 + 1.0 / 12), 0.02);
       EXPECT_NEAR(result.contrast, 160, 8);
     }
@@ -103,15 +103,15 @@ TEST(Refinement, CovarianceIsConsistentWithNoise) {
       outward += (result.corners_px[k] - truth).dot((truth - print.center_px).normalized()) / (4.0 * kTrials);
     }
   }
-  // 8 degrees of freedom per tag, 1200 in total: the mean has a standard deviation of 4 %. The covariance
-  // includes an allowance for non-Gaussian blur; this blur is Gaussian.
+  // There are 8 degrees of freedom per tag and 1200 in total, so the mean has a standard deviation of 4 %.
+  // The covariance includes an allowance for non-Gaussian blur, but the blur here is Gaussian.
   EXPECT_GT(sum / kTrials, 8 * 0.8);
   EXPECT_LT(sum / kTrials, 8 * 1.1);
   EXPECT_LT(bias.norm(), 0.005);
   EXPECT_LT(std::abs(outward), 0.005);
 }
 
-/// A drawn sheet, not a photograph: no blur, edges along the borders of pixels.
+/// A drawn sheet, not a photograph: it has no blur, and its edges run along pixel boundaries.
 TEST(Refinement, CovarianceIsAlwaysPositiveDefinite) {
   Random random(11);
   for (int trial = 0; trial < 30; ++trial) {
@@ -141,7 +141,7 @@ TEST(Refinement, CovarianceGrowsWithNoise) {
   EXPECT_NEAR(at_eight / at_two, 4, 0.8);
 }
 
-/// Correlation of two corners' displacements along `n`.
+/// Correlation between the displacements of two corners along `n`.
 double correlation(const CornerCovariance& c, Eigen::Index i, Eigen::Index k, const Eigen::Vector2d& n) {
   const auto block = [&](Eigen::Index p, Eigen::Index q) { return n.dot(c.block<2, 2>(2 * p, 2 * q) * n); };
   return block(i, k) / std::sqrt(block(i, i) * block(k, k));
@@ -160,15 +160,17 @@ TEST(Refinement, NeighbouringCornersAreCorrelatedThroughTheirEdge) {
     EXPECT_EQ(c.llt().info(), Eigen::Success);
     const Eigen::Vector2d along(std::cos(roll_rad), std::sin(roll_rad));
     const Eigen::Vector2d across(-along.y(), along.x());
-    // TL and TR are on the top edge. A slanted edge can rotate about its middle, which gives a negative
-    // correlation; along a row of pixels its phase on the grid moves both.
+    // TL and TR are both on the top edge. A slanted edge can rotate about its middle, which results in a
+    // negative correlation. Along a row of pixels, the phase of the edge on the pixel grid moves both
+    // corners.
     const double shared = correlation(c, 0, 1, across);
     if (roll_rad == 0.0) {
       EXPECT_GT(shared, 0.1);
     } else {
       EXPECT_LT(shared, -0.1);
     }
-    // Along it they are on different edges, coupled only by levels, blur and illumination.
+    // In the direction of the edge the two corners depend on different edges, which are coupled only by
+    // levels, blur and illumination.
     EXPECT_LT(std::abs(correlation(c, 0, 1, along)), 0.2);
   }
 }
@@ -182,7 +184,7 @@ TEST(Refinement, IsInvariantToRotationOfTheImage) {
   const auto straight_up = refine_corners(image, detection);
   ASSERT_TRUE(straight_up.refined());
   const int n = print.image_px;
-  Image turned(n, n);  // by a quarter turn clockwise: (x, y) -> (n - y, x)
+  Image turned(n, n);  // rotated clockwise by a quarter turn: (x, y) -> (n - y, x)
   for (int y = 0; y < n; ++y) {
     for (int x = 0; x < n; ++x) turned.row(x)[n - 1 - y] = image.row(y)[x];
   }
@@ -191,7 +193,8 @@ TEST(Refinement, IsInvariantToRotationOfTheImage) {
   ASSERT_TRUE(result.refined());
   for (std::size_t k = 0; k < 4; ++k) {
     const Eigen::Vector2d expected(n - straight_up.corners_px[k].y(), straight_up.corners_px[k].x());
-    // The first pass uses every fourth slice from the left, so results differ, far below the noise.
+    // The first pass uses every fourth slice starting at the left, so the results differ, but by far less
+    // than the noise.
     EXPECT_LT((result.corners_px[k] - expected).norm(), 0.2 * std::sqrt(result.covariance_px2.trace() / 8));
   }
 }
@@ -241,7 +244,7 @@ TEST(Refinement, IgnoresAPartialCoverOnAnEdge) {
     print.noise = 2;
     Image image = render(print);
     const Corners corners = corners_of(print);
-    const Eigen::Vector2d middle = 0.5 * (corners[1] + corners[2]);  // of the right edge
+    const Eigen::Vector2d middle = 0.5 * (corners[1] + corners[2]);  // middle of the right edge
     for (int y = 0; y < 16; ++y) {
       for (int x = 0; x < 14; ++x)
         image.row(static_cast<int>(middle.y()) - 4 + y)[static_cast<int>(middle.x()) - 7 + x] = cover;
@@ -273,7 +276,7 @@ TEST(Refinement, SurvivesOverexposedPaperAndSunkenInk) {
   EXPECT_LT(sum / trials, 8 * 1.6);
 }
 
-// Tests the cases that keep the detector's corners.
+// Tests the cases in which the detector's corners are kept.
 
 void expect_kept(const RefinedCorners& result, const TagDetection& given, RefinementOutcome why) {
   EXPECT_EQ(result.outcome, why) << to_string(result.outcome);
@@ -312,7 +315,7 @@ TEST(RefinementFallback, KeepsTheCornersOfInvalidQuads) {
   kept([](TagDetection& d) { d.corners_px[2].x() = std::numeric_limits<double>::quiet_NaN(); });
   kept([](TagDetection& d) { d.corners_px[1].y() = std::numeric_limits<double>::infinity(); });
   kept([](TagDetection& d) { d.corners_px[0] = {1e9, -1e9}; });
-  kept([](TagDetection& d) { std::swap(d.corners_px[1], d.corners_px[3]); });  // mirrored
+  kept([](TagDetection& d) { std::swap(d.corners_px[1], d.corners_px[3]); });  // a mirrored quad
   kept([](TagDetection& d) { d.corners_px[2] = d.corners_px[0]; });
   kept([](TagDetection& d) { d.corners_px.fill({60, 60}); });
   kept([](TagDetection& d) { d.tag.number = 587; });
@@ -333,8 +336,8 @@ TEST(RefinementFallback, KeepsTheCornersOfSmallOrCutTags) {
   EXPECT_EQ(refine_corners(render(cut), outside, any).outcome, RefinementOutcome::CutByBorder);
 }
 
-/// The quad of a tag cut by the border of the image is at most one cell too short, which is its standard
-/// deviation.
+/// If a tag is cut off by the image border, its quad is at most one cell too short, so its standard deviation
+/// is one cell.
 TEST(RefinementFallback, ATagCutByTheBorderHasTheSigmaOfACell) {
   Random random(17);
   Print print;
@@ -342,7 +345,7 @@ TEST(RefinementFallback, ATagCutByTheBorderHasTheSigmaOfACell) {
   const Image image = render(print);
   ASSERT_TRUE(refine_corners(image, detection).refined());
   const double cell_px = mean_side_px(detection.corners_px) / 8;
-  const double shift_px = detection.corners_px[0].x() - 2;  // two pixels of the border remain
+  const double shift_px = detection.corners_px[0].x() - 2;  // two pixels of the border remain visible
   const ImageView right{image.row(0) + static_cast<std::ptrdiff_t>(shift_px),
                         image.width() - static_cast<int>(shift_px), image.height(), image.width()};
   for (auto& corner : detection.corners_px) corner.x() -= std::floor(shift_px);
@@ -353,7 +356,7 @@ TEST(RefinementFallback, ATagCutByTheBorderHasTheSigmaOfACell) {
   EXPECT_NEAR(std::sqrt(cut.covariance_px2(7, 7)), cell_px, 0.1 * cell_px);
 }
 
-/// The border is not searched that far away; the bits may still locate the tag.
+/// The search for the border does not extend that far, but the bits may still locate the tag.
 TEST(RefinementFallback, RejectsEdgesFarFromTheDetection) {
   Print print;
   print.side_px = 64;

@@ -11,8 +11,8 @@
 namespace waymark::refinement {
 namespace {
 
-/// Row and position of the cell (x, y) relative to edge `k`. Rows count from the edge inwards: the ring
-/// inside the border is row 0 and the bits behind it are row 1. Outwards, the ring is row -1 and the row
+/// Row and position of the cell (x, y) relative to edge `k`. Rows are counted inwards from the edge: the ring
+/// inside the border is row 0, and the bits behind it are row 1. Outwards, the ring is row -1, and the row
 /// beyond it is row -2.
 std::pair<int, int> row_and_place(int k, int cells, const BitCell& cell) {
   switch (k) {
@@ -64,7 +64,7 @@ Vector2d outward_normal(const Vector2d& from, const Vector2d& to) {
   return {along.y(), -along.x()};
 }
 
-/// The line v = cells as a unit line whose signed distance grows outwards (towards smaller v).
+/// The line v = cells as a unit line whose signed distance increases outwards (towards smaller v).
 Vector3d line_at(const Eigen::Matrix3d& cell_H_px, double cells, const Vector2d& outward) {
   Vector3d line = (cell_H_px.row(1) - cells * cell_H_px.row(2)).transpose();
   line /= line.head<2>().norm();
@@ -75,23 +75,23 @@ double distance(const Vector3d& line, const Vector2d& p) {
   return std::abs(line.dot(Vector3d(p.x(), p.y(), 1.0)));
 }
 
-/// Pixels next to the band can be near the horizon of the tag's plane; they have no weight, but must stay
+/// Pixels next to the band can be close to the horizon of the tag's plane. They have no weight, but must stay
 /// finite.
 constexpr float kMinW = 0.05F;
 
-/// Geometry of the slices of a band. Slices follow each other along the major axis and run along the minor
+/// Geometry of the slices of a band. Slices are lined up along the major axis, and each runs along the minor
 /// axis. Positions are relative to the middle of the edge to preserve float precision.
 struct Slicing {
   int major = 0;
   int minor = 1;
   int first = 0;  ///< pixel index of slice 0 along the major axis
   int stride = 1;
-  int major_size = 0;  ///< of the image [px]
+  int major_size = 0;  ///< size of the image along the major axis [px]
   int minor_size = 0;
   int outward = 1;    ///< sign of a step outwards along the minor axis
-  double cosine = 1;  ///< distance change per pixel along the minor axis
-  double slope = 0;   ///< of the edge, minor per major
-  double half = 1;    ///< half the edge along the major axis, signed
+  double cosine = 1;  ///< change in distance per pixel along the minor axis
+  double slope = 0;   ///< slope of the edge: minor per major
+  double half = 1;    ///< half the length of the edge along the major axis, signed
   Vector2d middle{0, 0};
 };
 
@@ -138,7 +138,7 @@ Vector3d line_through(const Vector2d& p, const Vector2d& normal) {
   return {normal.x(), normal.y(), -normal.dot(p)};
 }
 
-/// Level of the row at `u` cells along the edge under a blur of `sigma` cells.
+/// Level of the row at `u` cells along the edge, blurred by `sigma` cells.
 Lanes blurred_row(const CellRow& row, int cells, const Lanes& u, const Lanes& inverse_sigma) {
   Lanes share = Lanes::Constant(row[0]);
   for (int j = 1; j < cells; ++j) {
@@ -148,13 +148,13 @@ Lanes blurred_row(const CellRow& row, int cells, const Lanes& u, const Lanes& in
   return share;
 }
 
-/// std::floor() is a function call on processors without an instruction for it.
+/// Avoids std::floor(), which is a function call on processors without an instruction for it.
 int floor_to_int(double x) {
   const int towards_zero = static_cast<int>(x);
   return towards_zero - (x < towards_zero ? 1 : 0);
 }
 
-/// The first pixel of each slice of a block.
+/// The first pixel of each slice in a block.
 struct BlockStart {
   std::array<int, kLanes> major_index{};
   std::array<int, kLanes> minor_index{};
@@ -187,19 +187,19 @@ BlockStart start_block(const EdgeFrame& edge, const Slicing& s, const BandLimits
   return start;
 }
 
-/// Whether all pixels of a block's slices are within the image.
+/// Whether all pixels in the slices of a block are within the image.
 bool within_image(const Slicing& s, const BlockStart& start, int depth) {
   const auto [least, most] = std::ranges::minmax(start.minor_index);
   const int reach = (depth - 1) * s.outward;
   return least + std::min(reach, 0) >= 0 && most + std::max(reach, 0) < s.minor_size;
 }
 
-/// Grey levels of the `d`-th pixels of a block's slices; sets the weight of those outside the image to 0.
+/// Grey levels of the `d`-th pixels in the slices of a block. Pixels outside the image get weight 0.
 void read_pixels(const ImageView& image, const Slicing& s, const BlockStart& start, bool all_there, int d,
                  Lanes& value, Lanes& weight) {
   const std::ptrdiff_t major_step = s.major == 0 ? 1 : image.stride;
   const std::ptrdiff_t minor_step = s.major == 0 ? image.stride : 1;
-  Eigen::Array<int, kLanes, 1> level;  // converted together at the end
+  Eigen::Array<int, kLanes, 1> level;  // all converted together at the end
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     const int j = start.minor_index[lane] + d * s.outward;
     const bool there = all_there || (j >= 0 && j < s.minor_size);
@@ -323,7 +323,8 @@ EdgePoint edge_point(const EdgeVector& x, double illumination) {
           .step = step,
           .inverse_blur = inverse_blur,
           .illumination = static_cast<float>(illumination),
-          // A pixel is flat if its slope is at most that of a blurred edge two standard deviations away.
+          // A pixel is considered flat if its slope is at most that of a blurred edge at a distance of two
+          // standard deviations.
           .flat_shift = 0.054F * std::abs(step) * inverse_blur};
 }
 

@@ -65,7 +65,7 @@ TEST(EdgeModel, MatchesARenderedTag) {
             0.6);
   Print small;
   small.side_px = 20;
-  // 160 grey levels of contrast; rounding alone gives 0.3.
+  // The contrast is 160 grey levels; rounding alone results in 0.3.
   EXPECT_LT(
       residual(small, {.inside_px = 2, .outside_px = 2.5, .corner_margin_px = 1.4, .cells_matter = true}),
       1.5);
@@ -117,7 +117,7 @@ TEST(Surroundings, MatchThePrint) {
         ASSERT_EQ(edge.cells, cells);
         for (int place = 0; place < cells; ++place) {
           const auto share =
-              [&](int row) {  // share of the colour outside the border, as printed; -1 outside the print
+              [&](int row) {  // share of the colour outside the border, as printed; -1 beyond the print
                 const int x[] = {place, cells - 1 - row, cells - 1 - place, row};
                 const int y[] = {row, place, cells - 1 - row, cells - 1 - place};
                 if (-row > ring) return -1;
@@ -142,7 +142,7 @@ TEST(Surroundings, MatchThePrint) {
 
 /// On processors with AVX2 these are different implementations; elsewhere they are the same.
 TEST(SumEdge, TheFastestAgreesWithThePortableVersion) {
-  for (const double white : {200.0, 255.0}) {  // includes saturation
+  for (const double white : {200.0, 255.0}) {  // the second value causes saturation
     for (const bool cells_matter : {false, true}) {
       const Print print{.side_px = cells_matter ? 24.0 : 70.0, .white = white, .noise = 2};
       const auto band = band_of(

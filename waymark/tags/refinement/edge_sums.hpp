@@ -7,41 +7,41 @@
 
 namespace waymark::refinement {
 
-/// Values processed side by side. L is a type of kLanes floats with the operators and members of Eigen's
-/// arrays: `Lanes` (edge_model.hpp) on all processors, `Avx2Lanes` (edge_sums_avx2.cpp) on processors with
-/// AVX2.
+/// Number of values processed in parallel. L is a type that holds kLanes floats and has the operators and
+/// members of Eigen's arrays: `Lanes` (edge_model.hpp) on all processors, `Avx2Lanes` (edge_sums_avx2.cpp) on
+/// processors with AVX2.
 inline constexpr int kLanes = 8;
 
-/// kLanes floats from and to memory, of any alignment.
+/// Load kLanes floats from memory and store them, with any alignment.
 template <class L>
 L load(const float* lanes);
 template <class L>
 void store(const L& lanes, float* to);
 
-/// 1 where x > 0, else 0; x must be finite and either 0 or no smaller than 1e-20. Written without select(),
-/// which Eigen 3.4 evaluates lane by lane.
+/// 1 where x > 0, else 0. x must be finite and either 0 or at least 1e-20. Written without select(), which
+/// Eigen 3.4 evaluates lane by lane.
 template <class L>
 [[gnu::always_inline]] inline L positive(const L& x) {
   return (1e20F * x).max(0.0F).min(1.0F);
 }
 
-/// -1, 0 or 1.
+/// The sign: -1, 0 or 1.
 template <class L>
 [[gnu::always_inline]] inline L sign(const L& x) {
   return (1e20F * x).max(-1.0F).min(1.0F);
 }
 
-/// Standard normal distribution function and density at the same argument.
+/// The standard normal distribution function and its density at the same argument.
 template <class L>
 struct NormalLanes {
   L cdf;
   L pdf;
 };
 
-/// The |error| of both is below 3e-5, a hundredth of a grey level at full contrast. exp(-z^2/2) is the 16th
-/// power of a polynomial. The polynomial interpolates exp(-x) at the Chebyshev nodes of [0, 36/32]. The tail
-/// is from Abramowitz and Stegun, "Handbook of Mathematical Functions", 26.2.16. Beyond |z| = 6 both are
-/// constant, so squares of densities stay normal numbers.
+/// The absolute errors of both are below 3e-5, a hundredth of a grey level at full contrast. The factor
+/// exp(-z^2/2) is the 16th power of a polynomial that interpolates exp(-x) at the Chebyshev nodes of [0,
+/// 36/32]. The tail is from Abramowitz and Stegun, "Handbook of Mathematical Functions", 26.2.16. Beyond |z|
+/// = 6 both are constant, so squares of densities remain normal numbers.
 template <class L>
 [[gnu::always_inline]] inline NormalLanes<L> normal_lanes(const L& z) {
   const L a = z.abs().min(6.0F);
@@ -58,8 +58,8 @@ template <class L>
   return {0.5F + sign<L>(z) * (0.5F - tail), pdf};
 }
 
-/// A cheap distribution function of nearly the same shape, for small terms: its density is (1 - (z/a)^2)^5
-/// with variance 1. Differs from the normal one by less than 0.012.
+/// A cheap distribution function of nearly the same shape, for small terms. Its density is (1 - (z/a)^2)^5,
+/// with variance 1. It differs from the normal distribution function by less than 0.012.
 template <class L>
 [[gnu::always_inline]] inline L bell_cdf(const L& z) {
   constexpr float kReach = 3.6055513F;  // a = sqrt(13)
@@ -71,33 +71,33 @@ template <class L>
                     y2 * (2.70703125F + y2 * (-1.93359375F + y2 * (0.751953125F - 0.123046875F * y2)))));
 }
 
-/// Parameters of one edge. The first four are specific to the edge; the last three are nearly common to all
-/// edges of a tag.
+/// Parameters of one edge. The first four are specific to the edge; the last three are nearly the same for
+/// all edges of a tag.
 enum Parameter : int {
   kFrom,  ///< [px] outward displacement of the edge at its first corner
   kTo,    ///< [px] at its second corner
-  kBend,  ///< [px] outward bulge halfway between
-  /// [grey level] step from the ring outside the border to the row beyond it, if that row is not printed
+  kBend,  ///< [px] outward bulge halfway between the corners
+  /// [grey level] step from the outer ring to the row beyond it, if that row is not printed
   kBeyond,
-  kInnerLevel,  ///< [grey level] of the border
-  kStep,        ///< [grey level] from the border to the ring outside it
+  kInnerLevel,  ///< [grey level] level of the border
+  kStep,        ///< [grey level] step from the border to the ring outside it
   kLogBlur,     ///< ln of the blur's standard deviation in pixels
   kParameters
 };
 
-/// Grey levels at or beyond these count as saturated.
+/// Grey levels at or beyond these limits count as saturated.
 inline constexpr float kDarkest = 1.0F;
 inline constexpr float kBrightest = 253.0F;
 
-/// The linearisation point of the model.
+/// The point at which the model is linearised.
 struct EdgePoint {
   float from, to, bend, beyond, inner, step, inverse_blur;
-  float illumination;  ///< grey levels are (1 + illumination t) times the model's, t from -1 to 1
-  float flat_shift;  ///< a pixel whose derivative with respect to the displacement is smaller counts as flat
+  float illumination;  ///< grey levels are (1 + illumination t) times those of the model, with t from -1 to 1
+  float flat_shift;  ///< a pixel counts as flat if its derivative with respect to the displacement is smaller
                      ///< [grey level/px]
 };
 
-/// A Band as rows of kLanes floats: one row per block of slices, or `depth` rows in `max_depth`.
+/// A Band as rows of kLanes floats: one row per block of slices, or `depth` rows out of `max_depth`.
 struct BandRows {
   int blocks, depth, max_depth;
   float step_px;
@@ -106,30 +106,30 @@ struct BandRows {
   const float *value, *weight, *behind, *beyond, *inside;
 };
 
-/// Like NormalEquations (edge_model.hpp); of the information only the upper triangle.
+/// Like NormalEquations (edge_model.hpp), but holds only the upper triangle of the information matrix.
 struct EdgeSums {
   float information[kParameters][kParameters];
   float gradient[kParameters];
   float cost, flat_cost, flat_pixels, illumination_information, illumination_gradient;
 };
 
-/// Sums over the pixels of a band; `costs` receives `blocks` rows of kLanes, the cost of each slice.
-/// O(pixels).
+/// Computes the sums over the pixels of a band. `costs` receives the cost of each slice, as `blocks` rows of
+/// kLanes. O(pixels).
 using SumEdge = EdgeSums (*)(const BandRows& band, const EdgePoint& x, float* costs);
 [[nodiscard]] EdgeSums sum_edge_portable(const BandRows& band, const EdgePoint& x, float* costs);
-/// Available if the program was built for x86-64; requires a processor with AVX2 and FMA.
+/// Available if the program was built for x86-64. Requires a processor with AVX2 and FMA.
 [[nodiscard]] EdgeSums sum_edge_avx2(const BandRows& band, const EdgePoint& x, float* costs);
 /// The fastest implementation that this processor can run.
 [[nodiscard]] SumEdge fastest_sum_edge();
 
 namespace sums {
 
-/// The model and its derivatives at the same pixel of several slices. The derivative with respect to the
-/// displacement is `shift`; its split into kFrom, kTo and kBend depends only on the slice.
+/// The model and its derivatives at the same pixel position in several slices. The derivative with respect to
+/// the displacement is `shift`; how it is split between kFrom, kTo and kBend depends only on the slice.
 template <class L>
 struct Prediction {
-  L f, h;         ///< with respect to kStep and kBeyond
-  L shift, blur;  ///< with respect to displacement and kLogBlur
+  L f, h;         ///< derivatives with respect to kStep and kBeyond
+  L shift, blur;  ///< derivatives with respect to displacement and kLogBlur
 };
 
 template <bool kCells, class L>
@@ -149,7 +149,7 @@ template <bool kCells, class L>
     const L row_behind = load<L>(band.behind + row);
     const L row_beyond = load<L>(band.beyond + row);
     const float unknown = band.beyond_known ? 0.0F : 1.0F;
-    // Slopes with respect to distance, in units of 1 / blur.
+    // Slopes with respect to the distance in units of 1 / blur.
     const L edge_slope = x.step * (inside * edge.pdf);
     const L behind_slope = x.step * (row_behind * behind.pdf);
     const L beyond_slope = (x.step * row_beyond + unknown * x.beyond) * beyond.pdf;
@@ -159,7 +159,7 @@ template <bool kCells, class L>
   }
 }
 
-/// Sums over all pixels, per lane. Pairs of derivatives are numbered as in EdgeSums.
+/// Sums over all pixels for each lane. Pairs of derivatives are numbered as in EdgeSums.
 template <class L>
 struct LaneSums {
   L information[kParameters][kParameters];
@@ -174,7 +174,7 @@ struct LaneSums {
   }
 };
 
-/// Sums over the pixels of one block of slices, before adding kFrom, kTo and kBend.
+/// Sums over the pixels in one block of slices, before they are distributed to kFrom, kTo and kBend.
 template <class L>
 struct BlockSums {
   L shift_shift = L::Zero(), shift_beyond = L::Zero(), shift_inner = L::Zero();
@@ -229,8 +229,8 @@ template <bool kCells, class L>
   }
 }
 
-/// 0 if the model is saturated and the pixel agrees, else 1. The pixel need not be exactly at the end of the
-/// range, because counting only the low half of the noise there would bias the level down.
+/// 0 if both the model and the pixel are saturated, else 1. The pixel need not be exactly at the end of the
+/// range, because counting only the low half of the noise there would bias the level downwards.
 template <class L>
 [[gnu::always_inline]] inline L within_scale(const L& value, const L& predicted) {
   constexpr float kNoise = 12.0F;
@@ -268,7 +268,8 @@ void sum_up(const BandRows& band, const EdgePoint& x, float* costs, LaneSums<L>&
       const L flat_weight = flat * weight;
       const L flat_level = flat_weight * predicted;
       sums.flat_pixels += flat_weight;
-      if constexpr (!kCells) {  // among other cells no pixel is flat enough to determine the illumination
+      if constexpr (!kCells) {  // in bands with other cells, no pixel is flat enough to determine the
+                                // illumination
         flat_illumination += flat_level * predicted;
         flat_residual += flat_level * residual;
       }

@@ -5,8 +5,8 @@
 
 namespace waymark::refinement {
 
-/// kLanes floats in one register, with the operators and members of Eigen's arrays used by the sums over a
-/// band.
+/// kLanes floats in one register, with the operators and members of Eigen's arrays that the sums over a band
+/// use.
 struct Avx2Lanes {
   __m256 v;
 

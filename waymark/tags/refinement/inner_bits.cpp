@@ -19,10 +19,10 @@
 namespace waymark::refinement {
 namespace {
 
-/// The share of white (0 or 1) of each cell inside the border square of a tag; 0.5 if unknown.
+/// The share of white (0 or 1) in each cell inside the border square of a tag; 0.5 if unknown.
 class BitCells {
  public:
-  /// Requires an id that exists in the family. O(cells).
+  /// The id must exist in the family. O(cells).
   explicit BitCells(const TagId& id) : cells_(family(id.family).width_at_border) {
     const Family& table = family(id.family);
     white_.fill(0.5F);
@@ -37,7 +37,8 @@ class BitCells {
     }
   }
 
-  /// Share of the cell at column x and row y; beyond the square the colour outside the border.
+  /// Share of white in the cell at column x and row y; outside the square, that of the colour outside the
+  /// border.
   [[nodiscard]] float at(int x, int y) const {
     if (x < 0 || y < 0 || x >= cells_ || y >= cells_) return 1.0F - white_[0];
     return white_[at_index(x, y)];
@@ -55,12 +56,12 @@ class BitCells {
 
 using Eigen::Vector2d;
 
-constexpr double kRimCells = 0.6;  ///< pixels nearer to the border edges belong to their own fit
+constexpr double kRimCells = 0.6;  ///< pixels nearer to the border edges are left to the fit of the border
 
-/// Position of a pixel among the cells.
+/// Position of a pixel relative to the cells.
 struct Place {
-  std::array<double, 2> cell{};         ///< u, v
-  std::array<double, 2> px_per_cell{};  ///< across the lines u = const, v = const
+  std::array<double, 2> cell{};         ///< u and v
+  std::array<double, 2> px_per_cell{};  ///< across the lines u = const and v = const
 };
 
 Place locate(const Eigen::Matrix3d& cell_H_px, const Vector2d& px) {
@@ -78,7 +79,7 @@ Place locate(const Eigen::Matrix3d& cell_H_px, const Vector2d& px) {
 
 double along(double cell, int cells) { return 2.0 * cell / cells - 1.0; }
 
-/// Displacement of the print at (s, t) by the lens and the fitted curvature of the four edges [px].
+/// Displacement of the print at (s, t) due to the lens and the fitted curvature of the four edges [px].
 Vector2d bend_px(const TagBands& tag, const TagEstimate& estimate, double s, double t) {
   const auto of = [&](std::size_t k, double at) -> Vector2d {
     return (1 - at * at) * estimate.edges[k][kBend] * tag.edges[k].normal;
@@ -104,8 +105,8 @@ double area_px2(const TagBands& tag) {
   return 0.5 * twice;
 }
 
-/// All pixels of the tag, or `most` distributed over it (Roberts, "The unreasonable effectiveness of
-/// quasirandom sequences", 2018).
+/// Visits all pixels of the tag, or `most` of them distributed evenly over it (Roberts, "The unreasonable
+/// effectiveness of quasirandom sequences", 2018).
 template <class Visit>
 void each_pixel(const TagBands& tag, int cells, int most, const Visit& visit) {
   if (area_px2(tag) < 1.9 * most) {
@@ -129,9 +130,9 @@ void each_pixel(const TagBands& tag, int cells, int most, const Visit& visit) {
   }
 }
 
-/// Puts a pixel into its lane; false if a cell around it is unknown.
+/// Puts a pixel into its lane. Returns false if a cell around it is unknown.
 bool put(const BitCells& pattern, const Place& place, int cells, int lane, InnerPixels::Block& block) {
-  std::array<int, 2> first{};  // of the three lines
+  std::array<int, 2> first{};  // indices of the first of the three lines
   for (std::size_t axis = 0; axis < 2; ++axis) {
     first[axis] = static_cast<int>(std::lround(place.cell[axis])) - 1;
     block.px_per_cell[axis][lane] = static_cast<float>(place.px_per_cell[axis]);
@@ -184,10 +185,12 @@ void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& 
     block.weight[lane] = 1;
     ++pixels.count;
   });
-  if (pixels.count % kLanes == 0) return;  // the last block is full or does not exist
+  if (pixels.count % kLanes == 0) return;  // the last block is full, or there is none
   InnerPixels::Block& last = pixels.block[pixels.blocks() - 1];
   for (int lane = pixels.count % kLanes; lane < kLanes; ++lane) {
-    const auto repeat = [lane](Lanes& lanes) { lanes[lane] = lanes[0]; };  // of weight 0, but finite
+    const auto repeat = [lane](Lanes& lanes) {
+      lanes[lane] = lanes[0];
+    };  // have weight 0, but must be finite
     for (Lanes* lanes : {&last.value, &last.s, &last.t}) repeat(*lanes);
     std::ranges::for_each(last.px_per_cell, repeat);
     for (auto& axis : last.past_px) std::ranges::for_each(axis, repeat);
@@ -199,24 +202,24 @@ void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& 
 
 namespace {
 
-/// In blurs: up to here the second-order expansion is accurate to a thousandth of the step.
+/// In blurs: up to this growth, the second-order expansion is accurate to a thousandth of the step.
 constexpr float kMaxSmallGrowth = 0.3F;
 
-/// Share of white at some pixels, and its derivatives.
+/// Share of white at several pixels, and its derivatives.
 struct Share {
   Lanes white, growth;
-  std::array<Lanes, 2> blur, shift, stretch, squeeze;  ///< across columns, rows
+  std::array<Lanes, 2> blur, shift, stretch, squeeze;  ///< across columns and rows
 };
 
-/// The pattern across one axis: derivatives of the share of white by displacements of its lines. `cross`
-/// holds the weights of the four rows across, `density` and `z` belong to the three lines.
+/// The pattern across one axis: derivatives of the share of white with respect to displacements of its lines.
+/// `cross` holds the weights of the four rows across it; `density` and `z` refer to the three lines.
 struct Across {
   Lanes moved = Lanes::Zero();
   Lanes stretched = Lanes::Zero();
   Lanes squeezed = Lanes::Zero();
   Lanes blurred = Lanes::Zero();
-  Lanes grown = Lanes::Zero();   ///< with one more blur of growth
-  Lanes growth = Lanes::Zero();  ///< contribution of the growth itself to the share
+  Lanes grown = Lanes::Zero();   ///< if white grows by one more blur
+  Lanes growth = Lanes::Zero();  ///< contribution of the growth itself to the share of white
 };
 
 Across across(const InnerPixels::Block& block, std::size_t axis, const std::array<Lanes, 4>& cross,
@@ -224,15 +227,15 @@ Across across(const InnerPixels::Block& block, std::size_t axis, const std::arra
               float growth) {
   Across sum;
   for (std::size_t i = 0; i < 3; ++i) {
-    Lanes jump = Lanes::Zero();   // to white
-    Lanes edges = Lanes::Zero();  // of either kind
+    Lanes jump = Lanes::Zero();   // lines where white begins count positive, those where it ends negative
+    Lanes edges = Lanes::Zero();  // lines of either kind
     for (std::size_t j = 0; j < 4; ++j) {
       const Lanes& before = axis == 0 ? block.white[j][i] : block.white[i][j];
       const Lanes& after = axis == 0 ? block.white[j][i + 1] : block.white[i + 1][j];
       jump += cross[j] * (after - before);
       edges += cross[j] * (before + after - 2.0F * before * after);
     }
-    // The fitted border is the true one minus the growth: the lines inside are stretched with it.
+    // The fitted border is the true one minus the growth, so the lines inside are stretched with it.
     const Lanes place = outwards * block.place[axis][i];
     if (std::abs(growth) > kMaxSmallGrowth) {
       // Lines where white begins move by 1 - place; those where it ends move by 1 + place in the opposite
@@ -263,15 +266,14 @@ Across across(const InnerPixels::Block& block, std::size_t axis, const std::arra
   return sum;
 }
 
-/// Outward displacement of the ends of the border edges along s and along t relative to the fitted ones, at s
-/// = 1 and t = 1 [px].
+/// Outward displacements of the ends of the border edges along s and along t relative to the fitted ones, at
+/// s = 1 and t = 1 [px].
 std::array<double, 2> turns(const InnerVector& x, double outwards) {
   const double px = px_per_level(x, outwards);
   return {px * (x[kBlackS] + 0.5 * x[kWhiteS]), px * (x[kBlackT] + 0.5 * x[kWhiteT])};
 }
 
-/// Displacement of the lines of one axis, in blurs: constant in the middle, plus a part proportional to s or
-/// t.
+/// Displacement of the lines across one axis, in blurs: a constant part, plus a part proportional to s or t.
 struct Offset {
   Lanes shift, stretch;
   float squeeze = 0;
@@ -291,15 +293,16 @@ std::array<Offset, 2> offsets(const InnerPixels::Block& block, const InnerVector
   }
 }
 
-/// To second order in a small growth, otherwise exactly; to first order in the shift. A border with rotated
-/// edges (`keystone`) has the wrong perspective, which displaces its middle by the same amount.
+/// Accurate to second order for a small growth and exact otherwise; accurate to first order in the shift. A
+/// border with rotated edges (`keystone`) has the wrong perspective, which displaces its middle by the same
+/// amount.
 template <int Unknowns>
 Share share_of_white(const InnerPixels::Block& block, const InnerVector& x, float outwards,
                      const std::array<double, 2>& keystone) {
   const auto growth = static_cast<float>(x[kGrowth]);
   std::array<std::array<Lanes, 3>, 2> z;
   std::array<std::array<Lanes, 3>, 2> density;
-  std::array<std::array<Lanes, 4>, 2> part;  // of the blurred pixel in the four columns, rows
+  std::array<std::array<Lanes, 4>, 2> part;  // shares of the blurred pixel in the four columns and rows
   const std::array<Offset, 2> offset = offsets<Unknowns>(block, x);
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto inverse_blur = static_cast<float>(std::exp(-x[axis == 0 ? kBlurS : kBlurT]));
@@ -354,7 +357,7 @@ InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outward
     const Lanes step = of(kWhite) + of(kWhiteS) * block.s + of(kWhiteT) * block.t;
     const Lanes predicted = of(kBlack) + of(kBlackS) * block.s + of(kBlackT) * block.t + step * share.white;
     const Lanes residual = block.value - predicted;
-    // Huber, "Robust estimation of a location parameter", 1964.
+    // The weight is from Huber, "Robust estimation of a location parameter", 1964.
     Lanes weight = block.weight * (static_cast<float>(trusted) / residual.abs().max(1e-3F)).min(1.0F);
     weight *= sums::within_scale<Lanes>(block.value, predicted);
     std::array<Lanes, kCount> slope;
@@ -405,7 +408,7 @@ namespace {
 
 constexpr std::array kSlopes = {kBlackS, kBlackT, kWhiteS, kWhiteT};
 
-/// Conditions the estimate on some unknowns being 0. Returns the ln of the resulting likelihood ratio
+/// Conditions the estimate on some unknowns being 0. Returns the logarithm of the resulting likelihood ratio
 /// (Dickey, "The weighted likelihood ratio", 1971).
 template <std::size_t N>
 double set_to_zero(const std::array<InnerUnknown, N>& which, const InnerPrior& prior,
@@ -442,7 +445,7 @@ InnerPrior inner_prior(double black, double step, double log_blur, const InnerSi
   prior.sigma[kGrowth] = kGrowthBlurs;
   prior.sigma[kBlurS] = prior.sigma[kBlurT] = sigmas.log_blur;
   for (int i = kShiftS; i <= kTaperT; ++i) prior.sigma[i] = sigmas.place_blurs;
-  constexpr double kMinSigma = 1e-3;  // 0 has no inverse
+  constexpr double kMinSigma = 1e-3;  // because 0 has no inverse
   for (int i = kSqueezeS; i <= kBendT; ++i) prior.sigma[i] = std::max(kMinSigma, sigmas.bend_blurs);
   return prior;
 }
@@ -465,7 +468,7 @@ template <int Unknowns>
 InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, double noise_variance,
                    double outwards) {
   constexpr int kMaxIterations = 3;
-  constexpr int kMoreIterations = 8;  // for a large growth: an overexposed print
+  constexpr int kMoreIterations = 8;  // needed for a large growth, as in an overexposed print
   constexpr double kSlowGrowth = 0.3;
   constexpr double kMaxGrowth = 2.5;
   constexpr double kToleranceBlurs = 0.02;
@@ -498,8 +501,8 @@ double growth_sigma_px(const InnerVector& x) {
 }
 
 InnerEstimate averaged(const InnerFit& fit, const InnerPrior& prior) {
-  constexpr double kModelBlurs = 0.01;  // of the growth: a blur is not exactly Gaussian
-  // Prior against either effect: most images have neither, and a late decision costs little.
+  constexpr double kModelBlurs = 0.01;  // error of the growth, because a blur is not exactly Gaussian
+  // Prior odds against either effect: most images have neither, and deciding late costs little.
   constexpr double kLogOdds = 3;
   InnerEstimate all = fit.estimate;
   const double sigma = growth_sigma_px(all.mean) / mean_blur_px(all.mean);
@@ -530,17 +533,17 @@ EdgesByInner edges_by_growth(const InnerVector& x, double outwards) {
 
 namespace {
 
-/// Priors: levels and blur are close to those of the border; the pattern is placed by the border.
+/// The priors: levels and blur are close to those of the border, and the pattern is placed by the border.
 InnerPrior prior_of(const TagEstimate& estimate, bool reversed) {
   const double step = std::abs(estimate.mean[kStep - kOwn]);
   const double black = estimate.mean[kInnerLevel - kOwn] - (reversed ? step : 0);
   return inner_prior(black, step, estimate.mean[kLogBlur - kOwn], {});
 }
 
-/// Derivatives of (kFrom, kTo) of the four edges outwards with respect to the unknowns.
+/// Derivatives of the outward displacements (kFrom, kTo) of the four edges with respect to the unknowns.
 EdgesByInner edges_by_unknowns(const InnerVector& x, double outwards) {
   EdgesByInner J = edges_by_growth(x, outwards);
-  constexpr std::array<double, 4> kDirection = {1, 1, -1, -1};  // of the edges along s, t
+  constexpr std::array<double, 4> kDirection = {1, 1, -1, -1};  // direction of each edge along s or t
   for (int k = 0; k < 4; ++k) {
     const int from = 2 * k + kFrom;
     const int to = 2 * k + kTo;
@@ -554,9 +557,9 @@ EdgesByInner edges_by_unknowns(const InnerVector& x, double outwards) {
 }
 
 /// Distance of the border edges from their positions according to the bits alone, in standard deviations of
-/// the difference: the largest of the four.
+/// the difference; the largest of the four edges.
 double contradiction(const InnerFit& fit, const InnerPrior& prior) {
-  const double floor_px = std::hypot(0.03, growth_sigma_px(fit.estimate.mean));  // print, unknown curvature
+  const double floor_px = std::hypot(0.03, growth_sigma_px(fit.estimate.mean));  // print and curvature errors
   InnerVector precision = prior.precision();
   for (const InnerUnknown free : {kShiftS, kShiftT, kStretchS, kStretchT}) precision[free] = 1.0;
   for (const InnerUnknown slope : kSlopes) precision[slope] /= 25;

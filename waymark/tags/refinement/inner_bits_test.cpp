@@ -18,7 +18,7 @@ using testing::Print;
 using testing::render;
 using testing::worst_error;
 
-/// Grey levels as `of(level, x, y)` makes them [0, 255].
+/// Changes each grey level to `of(level, x, y)`, limited to [0, 255].
 template <class Change>
 void change(Image& image, const Change& of) {
   for (int y = 0; y < image.height(); ++y) {
@@ -41,18 +41,20 @@ Print print_of(FamilyId id) {
   return print;
 }
 
-/// Without the correction, the corners are 0.35 px inside.
+/// Without the correction, the corners would be 0.35 px too far inside.
 TEST(InnerCorrection, UndoesGammaInEveryFamily) {
   Random random(4);
   for (const FamilyId id : kAllFamilies) {
-    if (id == FamilyId::TagCustom48h12) continue;  // its middle is free, so no bit has known neighbours
+    if (id == FamilyId::TagCustom48h12)
+      continue;  // its middle is free, so no bit has neighbours with known colours
     const Print print = print_of(id);
     Image image = render(print);
     change(image, [](double level, int, int) { return encoded(level); });
     const auto result = refine_corners(image, detection_at(print, 0.1, random));
     ASSERT_TRUE(result.refined()) << to_string(id) << " " << to_string(result.outcome);
     EXPECT_LT(worst_error(result.corners_px, print), 0.07) << to_string(id);
-    EXPECT_LT(testing::nees(result.corners_px, result.covariance_px2, print), 24) << to_string(id);  // of 8
+    EXPECT_LT(testing::nees(result.corners_px, result.covariance_px2, print), 24)
+        << to_string(id);  // the expected value is 8
   }
 }
 

@@ -9,7 +9,7 @@
 namespace waymark::refinement {
 namespace {
 
-/// Lagrange polynomials of the nodes.
+/// Lagrange polynomials for the nodes.
 std::array<double, LensField::kNodes> weights(double at) {
   const double square = at * at;
   const double outer = (square - 0.25) / 1.5;
@@ -59,8 +59,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// The bulge of the image of a straight line between two corners, from three points on it; nothing outside
-/// the domain of the camera model.
+/// The bulge of the image of a straight line between two corners, computed from three points on the line;
+/// `nullopt` outside the domain of the camera model.
 std::optional<Eigen::Vector3d> bulge_px(const CameraModel& camera, const EdgeFrame& edge) {
   const auto a = camera.normalize(edge.from);
   const auto b = camera.normalize(edge.to);

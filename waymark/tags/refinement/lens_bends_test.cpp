@@ -1,4 +1,4 @@
-// Tests the displacement of the print on a tag by lens distortion.
+// Tests the displacement of the print on a tag due to lens distortion.
 #include "waymark/tags/refinement/lens_bends.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ CameraModel wide() {
   return CameraModel::make(lens, 1280, 720).value();
 }
 
-/// A tilted square of 60 px near the border of the image.
+/// A tilted square with a side of 60 px near the border of the image.
 struct Square {
   CameraModel camera = wide();
   SE3 cam_T_tag = SE3(SO3::exp({0.7, -0.4, 0.3}), Eigen::Vector3d(1.3, 0.5, 2.3));

@@ -18,16 +18,17 @@ BandLimits band_limits(const EdgeFrame& edge, double blur_px, bool first_pass) {
   const double reach = std::max(2.5, 3.5 * blur_px) + (first_pass ? kSearchPx : 0.0);
   BandLimits limits;
   limits.cells_matter = edge.cell_px < reach + 3.0 * blur_px;
-  // The model of one row of bits ends beyond the middle of the border; margins are often cut to one cell.
+  // The model for one row of bits ends beyond the middle of the border, because margins are often cut to one
+  // cell.
   limits.inside_px = limits.cells_matter ? std::min(reach, 0.8 * edge.cell_px) : reach;
   limits.outside_px = limits.cells_matter ? std::min(reach, edge.cell_px) : reach;
   limits.max_slices =
-      first_pass ? kMaxSlices / 4 : kMaxSlices;  // the first pass only needs an approximate position
+      first_pass ? kMaxSlices / 4 : kMaxSlices;  // an approximate position is enough for the first pass
   limits.corner_margin_px = std::min((limits.cells_matter ? 2.0 : 2.5) * blur_px, 0.25 * edge.length_px);
   return limits;
 }
 
-/// One value for every slice of every edge.
+/// One value for each slice of each edge.
 using SliceValues = std::array<float, 4 * kMaxSlices>;
 
 double median(SliceValues& values, std::size_t first, std::size_t last) {
@@ -38,7 +39,7 @@ double median(SliceValues& values, std::size_t first, std::size_t last) {
   return static_cast<double>(*middle);
 }
 
-using SliceMeans = SliceCosts;  ///< here per pixel
+using SliceMeans = SliceCosts;  ///< mean costs per pixel
 
 Lanes slice_pixels(const Band& band, std::size_t b) {
   Lanes count = Lanes::Zero();
@@ -119,11 +120,12 @@ DroppedSlices drop_outliers(TagBands& tag) {
     medians[k] = median(values, first, count);
   }
   const double usual = median(values, 0, count);
-  constexpr double kOutOfProportion = 16.0;  // four times the usual residual
+  constexpr double kOutOfProportion = 16.0;  // corresponds to four times the usual residual
   constexpr double kOfOwnEdge = 4.0;
   DroppedSlices dropped;
   for (std::size_t k = 0; k < 4; ++k) {
-    // A cover on an edge also biases its fit away from good slices, so those are kept for now.
+    // A covered part of an edge also biases the fit of that edge away from good slices, so those are kept for
+    // now.
     const double limit = std::max(kOutOfProportion * (usual + 0.25), kOfOwnEdge * medians[k]);
     dropped.pixels += drop_slices_above(static_cast<float>(limit), means[k], tag.bands[k]);
     dropped.enough_left = dropped.enough_left && tag.bands[k].pixels >= kMinPixelsPerEdge;
@@ -133,12 +135,12 @@ DroppedSlices drop_outliers(TagBands& tag) {
   return dropped;
 }
 
-// Along an edge with half span e, the illumination is 1 + t per_px . e, t from -1 to 1. Linear least squares
-// over the flat pixels of all edges: residual = predicted t (per_px . e).
+// Along an edge with half span e, the illumination is 1 + t per_px . e, with t from -1 to 1. This is linear
+// least squares over the flat pixels of all edges: residual = predicted t (per_px . e).
 IlluminationInformation illumination_information(const TagBands& tag,
                                                  const Eigen::Vector2d& illumination_per_px,
                                                  double noise_variance) {
-  constexpr double kUsualPerPx = 0.00025;  // a VGA image a sixth brighter at one side than at the other
+  constexpr double kUsualPerPx = 0.00025;  // a VGA image a sixth brighter on one side than on the other
   constexpr double kPrior = 1.0 / (kUsualPerPx * kUsualPerPx);
   IlluminationInformation illumination;
   illumination.information = kPrior * Eigen::Matrix2d::Identity();
@@ -169,7 +171,8 @@ TagSolve::TagSolve(const std::array<NormalEquations, 4>& normals, const Priors& 
   const double scale = 1.0 / at.noise_variance;
   CommonMatrix mean_information = CommonMatrix::Zero();
   Common mean_gradient = Common::Zero();
-  // An invisible edge keeps its position within about a pixel; data outweigh this by a factor of a thousand.
+  // Even an invisible edge keeps its position to within about a pixel; actual data outweigh this by a factor
+  // of a thousand.
   constexpr double kFaint = 0.1;
   constexpr double kNegligible = 1e-4;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -227,8 +230,8 @@ double TagSolve::apply(TagEstimate& estimate) const {
       std::min({1.0, kLongestPx / std::max(moved, 1e-9), kLargestLogBlur / std::max(blurred, 1e-9)});
   for (std::size_t k = 0; k < 4; ++k) estimate.edges[k] += shorten * steps[k];
   estimate.mean += shorten * mean_step_;
-  // A blur narrower than a pixel's box or wider than a band means divergence; stay within the valid range of
-  // the model.
+  // A blur narrower than a pixel or wider than a band means divergence, so it is limited to the valid range
+  // of the model.
   const auto keep = [](double& log_blur) { log_blur = std::clamp(log_blur, std::log(0.25), std::log(4.0)); };
   keep(estimate.mean[kMeanLogBlur]);
   for (EdgeVector& x : estimate.edges) keep(x[kLogBlur]);
@@ -259,18 +262,19 @@ Eigen::Matrix<double, 8, 8> TagSolve::displacement_covariance() const {
 
 namespace {
 
-/// Image noise and model misfit, estimated from the residuals.
+/// Image noise and model misfit, both estimated from the residuals.
 struct Residuals {
-  double noise_variance = 0;  ///< of a pixel [grey level^2]
-  double misfit_variance =
-      0;  ///< additional variance of the steep pixels: the blur differs from the model's Gaussian
+  double noise_variance = 0;   ///< variance of a pixel [grey level^2]
+  double misfit_variance = 0;  ///< additional variance of the steep pixels, because the blur differs from the
+                               ///< Gaussian of the model
 };
 
-/// Noise is estimated from the pixels next to the edge, where the model is flat, and misfit from those on the
-/// edge. Small tags have few flat pixels and rely on the total and on the prior misfit of cameras.
+/// Noise is estimated from the pixels next to the edge, where the model is flat, and misfit from the pixels
+/// on the edge. Small tags have few flat pixels, so for them the estimate relies on the total and on the
+/// prior misfit of cameras.
 Residuals split_residuals(const TagBands& tag, double step) {
   constexpr double kPriorPixels = 50;
-  constexpr double kPriorMisfit = 0.01;  // of the step
+  constexpr double kPriorMisfit = 0.01;  // relative to the step
   double cost = 0;
   double flat_cost = 0;
   double flat_pixels = 0;
@@ -293,12 +297,12 @@ Residuals split_residuals(const TagBands& tag, double step) {
       (flat_pixels * std::max(0.0, steep - flat) + kPriorPixels * expected) / (flat_pixels + kPriorPixels)};
 }
 
-/// If the true blur differs from the model's Gaussian, the fitted position of an edge oscillates around the
-/// true one with the phase of the edge on the pixel grid. Along a slanted edge the phases vary and average
-/// out; along a level edge they do not. This is the covariance of (kFrom, kTo) if the oscillation is a sine
-/// of the phase with variance `variance` and uniform phase.
+/// If the true blur is not Gaussian as in the model, the fitted position of an edge oscillates around the
+/// true one with its phase on the pixel grid. Along a slanted edge the phases vary and average out; along an
+/// axis-parallel edge they do not. This is the covariance of (kFrom, kTo) if the oscillation is a sine of the
+/// phase with variance `variance` and the phase is uniformly distributed.
 Eigen::Matrix2d phase_covariance(const EdgeFrame& edge, double variance) {
-  constexpr double kTurn = 0.45;  // measured: edges rotate less than the sine predicts
+  constexpr double kTurn = 0.45;  // measured; edges rotate less than the sine predicts
   const double crossed_px = edge.length_px * std::min(std::abs(edge.normal.x()), std::abs(edge.normal.y()));
   const double u = std::numbers::pi * crossed_px;
   const bool level = u < 1e-3;
@@ -311,21 +315,21 @@ Eigen::Matrix2d phase_covariance(const EdgeFrame& edge, double variance) {
   return covariance;
 }
 
-/// Displacement variance common to both ends of an edge, from model errors.
+/// Variance of the displacement common to both ends of an edge, due to model errors.
 double shared_variance(const EdgeFrame& edge, double blur_px, double model_error_px) {
-  constexpr double kCrowded = 0.1;  // measured: blur from cells that the model does not contain
+  constexpr double kCrowded = 0.1;  // measured; blur from cells that the model does not contain
   const double crowded_px = kCrowded * blur_px * std::pow(blur_px / edge.cell_px, 2);
   return model_error_px * model_error_px + crowded_px * crowded_px;
 }
 
 /// An illumination gradient along an edge appears as a rotation of the edge: the least squares fit of a shift
-/// to (1 + illumination t) times the levels. Covariance of (kFrom, kTo) of all edges due to the uncertainty
-/// of the illumination.
+/// to (1 + illumination t) times the levels. This is the covariance of (kFrom, kTo) for all edges due to the
+/// uncertainty of the illumination.
 Matrix8 illumination_covariance(const TagEstimate& estimate, const TagBands& tag, double noise_variance) {
   const double step = estimate.mean[kStep - kOwn];
-  const double level = estimate.mean[kInnerLevel - kOwn] + 0.5 * step;  // on the edge
+  const double level = estimate.mean[kInnerLevel - kOwn] + 0.5 * step;  // level on the edge itself
   const double blur_px = std::exp(estimate.mean[kLogBlur - kOwn]);
-  // Integral of pdf (inner + step cdf) over that of pdf^2.
+  // The integral of pdf (inner + step cdf), divided by that of pdf^2.
   const double px_per_illumination = 2.0 * std::sqrt(std::numbers::pi) * blur_px * level / step;
   Eigen::Matrix<double, 8, 2> turn;
   for (int k = 0; k < 4; ++k) {
@@ -342,7 +346,7 @@ Matrix8 illumination_covariance(const TagEstimate& estimate, const TagBands& tag
 
 Matrix8 corner_covariance(const TagSolve& solve, const TagEstimate& estimate, const TagBands& tag,
                           double model_error_px) {
-  constexpr double kPhasePerMisfit = 3.5;  // measured: oscillation per misfit, in blurs per step
+  constexpr double kPhasePerMisfit = 3.5;  // measured: oscillation in blurs per relative misfit
   const double step = estimate.mean[kStep - kOwn];
   const double blur_px = std::exp(estimate.mean[kLogBlur - kOwn]);
   const Residuals residuals = split_residuals(tag, step);

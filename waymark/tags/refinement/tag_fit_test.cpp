@@ -40,7 +40,7 @@ Problem random_problem(Random& random) {
   return problem;
 }
 
-/// The same least squares problem with all its unknowns in one dense system: the mean, then the edges.
+/// The same least squares problem with all its unknowns in one dense system: first the mean, then the edges.
 struct Dense {
   DenseMatrix information = DenseMatrix::Zero();
   DenseVector gradient = DenseVector::Zero();
