@@ -34,15 +34,15 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-/// Untrusted text, shortened for a message.
+/// Quotes untrusted text, shortened for use in a message.
 std::string quoted(std::string_view text) {
   constexpr std::size_t kLongest = 60;
   return fmt::format("'{}{}'", text.substr(0, kLongest), text.size() > kLongest ? "…" : "");
 }
 
-/// The family meant by an unknown name: the one whose number ("36h11") the name contains, as in
-/// "DICT_APRILTAG_36h11", else the one with the most similar name. Among equally similar names tag36h11, the
-/// most common family, comes first. Empty if no name is similar. `text` is in lower case.
+/// The family that an unknown name probably refers to: the one whose number ("36h11") the name contains, as
+/// in "DICT_APRILTAG_36h11", or else the one with the most similar name. If several are equally similar,
+/// tag36h11, the most common family, is preferred. Empty if no name is similar. `text` must be in lower case.
 std::string nearest_family(const std::string& text) {
   for (const std::string_view name : kNames)
     if (text.find(name.substr(name.find_first_of("0123456789"))) != std::string::npos)
@@ -52,14 +52,15 @@ std::string nearest_family(const std::string& text) {
   return nearest_word(text.starts_with("tag") ? text : "tag" + text, names);
 }
 
-/// Row-major index of a cell counted from the corner of the border square.
+/// Row-major index of a cell whose position is counted from the corner of the border square.
 std::size_t index_of_cell(const Family& family, int x, int y) {
   const auto width = static_cast<std::size_t>(family.total_width);
   const int margin = (family.total_width - family.width_at_border) / 2;
   return static_cast<std::size_t>(y + margin) * width + static_cast<std::size_t>(x + margin);
 }
 
-/// The ring of cells whose distance from the border square is `outset` (0: the outermost cells inside it).
+/// Draws the ring of cells at distance `outset` from the border square (0 is the ring of outermost cells
+/// inside it).
 void draw_ring(std::vector<std::uint8_t>& cells, const Family& family, int outset, std::uint8_t value) {
   const int first = -outset;
   const int last = family.width_at_border - 1 + outset;
@@ -143,14 +144,16 @@ std::vector<std::uint8_t> bitmap(const TagId& id) {
 
 namespace {
 
-/// A number of decimal digits; `beyond` if it does not fit an int; nothing if the text is not a number.
+/// Parses a decimal number. Returns `beyond` if it does not fit in an int, and `nullopt` if the text is not a
+/// number.
 std::optional<int> number(std::string_view text, int beyond) {
   const bool digits =
       !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
   if (!digits) return std::nullopt;
   int value = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return failure == std::errc() ? value : beyond;  // too many digits for an int, so beyond every family
+  return failure == std::errc() ? value
+                                : beyond;  // too large for an int, and so beyond the numbers of any family
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -159,7 +162,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// Adds the numbers of "7" or "0-3".
+/// Adds the numbers from an item such as "7" or "0-3".
 Status add_item(const Family& family, std::string_view item, std::vector<int>& numbers) {
   const int count = static_cast<int>(family.codes.size());
   const std::string range_hint = fmt::format("{} has the numbers 0 to {}.", family.name, count - 1);
@@ -194,7 +197,7 @@ Result<std::vector<int>> parse_tag_numbers(FamilyId id, std::string_view text) {
     const std::size_t comma = rest.find(',');
     if (Status added = add_item(family(id), trimmed(rest.substr(0, comma)), numbers); !added)
       return tl::unexpected<Error>(added.error());
-    // Each number once: a list with more items than the family has numbers is hostile.
+    // Each number need only be listed once, so a list much longer than the family is hostile.
     if (numbers.size() > 2 * family(id).codes.size()) {
       return fail(ErrorCode::LimitExceeded, "the list names more tags than the family has", {.key = "ids"},
                   "List each number once.");

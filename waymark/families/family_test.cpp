@@ -73,7 +73,7 @@ TEST_P(EachFamily, CellsOutsideTheTagLieOutsideTheDiscOrInTheFreeMiddle) {
   const std::vector<std::uint8_t> cells = bitmap({GetParam(), 0});
   const bool circle = std::string(to_string(GetParam())).find("Circle") != std::string::npos;
   EXPECT_EQ(cells.front() == 128, circle);
-  // tagCustom48h12 leaves room for another tag, two cells wide, in its middle.
+  // tagCustom48h12 leaves room in its middle for another tag, two cells wide.
   const auto free_cells = std::count(cells.begin(), cells.end(), 128);
   if (!circle) {
     EXPECT_EQ(free_cells, GetParam() == FamilyId::TagCustom48h12 ? 4 : 0);

@@ -8,9 +8,9 @@ namespace waymark {
 namespace {
 
 constexpr int kTurns = 4;
-constexpr std::size_t kCancelCheckCodes = 1024;  // codes, a multiple of kTurns: some ten milliseconds
+constexpr std::size_t kCancelCheckCodes = 1024;  // a multiple of kTurns; takes tens of milliseconds
 
-/// All four rotations of every code, code by code; the upright one first.
+/// All four rotations of every code, grouped by code, with the upright one first.
 std::vector<std::uint64_t> all_turns(const Family& family) {
   const CodeRotation rotation(family);
   std::vector<std::uint64_t> turns;
@@ -21,7 +21,7 @@ std::vector<std::uint64_t> all_turns(const Family& family) {
   return turns;
 }
 
-/// Every word of `width` bits with at most `weight` ones.
+/// All words of `width` bits with at most `weight` ones.
 std::vector<std::uint32_t> light_words(int width, int weight) {
   std::vector<std::uint32_t> words;
   if (weight < 0) return words;
@@ -38,7 +38,7 @@ std::vector<std::uint32_t> light_words(int width, int weight) {
   return words;
 }
 
-/// A run of bits of the word.
+/// A contiguous group of bits in a word.
 struct Part {
   int shift = 0;
   int width = 0;
@@ -48,9 +48,10 @@ struct Part {
   }
 };
 
-/// Codes sorted by their value in a part; codes with the same value are removed first in, first out.
+/// Codes sorted by their value in a part. Among codes with the same value, the first one added is removed
+/// first.
 struct Buckets {
-  std::vector<std::uint32_t> first;  ///< of each value
+  std::vector<std::uint32_t> first;  ///< index of the first code with each value
   std::vector<std::uint32_t> end;
   std::vector<std::uint64_t> codes;
 
@@ -66,8 +67,8 @@ struct Buckets {
     for (const std::uint64_t code : turns) codes[end[part.value(code)]++] = code;
   }
 
-  /// Whether a code that is still in the buckets is at most `radius` from `code`; checks values that differ
-  /// by `differences`.
+  /// Whether a code that is still in the buckets is at most `radius` from `code`. Only checks codes whose
+  /// values differ by one of `differences`.
   [[nodiscard]] bool any_near(std::uint64_t code, const Part& part,
                               const std::vector<std::uint32_t>& differences, int radius) const {
     const std::uint32_t here = part.value(code);
@@ -82,7 +83,7 @@ struct Buckets {
 };
 
 /// Whether two different codes in any relative rotation, or a code and a rotation of itself, are at most
-/// `radius` apart, and at most `near` within the part.
+/// `radius` apart and at most `near` apart within the part.
 bool any_pair(const std::vector<std::uint64_t>& turns, const Part& part, int near, int radius,
               const std::function<bool()>& cancelled) {
   const std::vector<std::uint32_t> differences = light_words(part.width, near);
@@ -90,8 +91,8 @@ bool any_pair(const std::vector<std::uint64_t>& turns, const Part& part, int nea
   Buckets buckets(turns, part);
   for (std::size_t i = 0; i < turns.size(); i += kTurns) {
     if (i % kCancelCheckCodes == 0 && cancelled()) return true;
-    // Each pair is checked once: the upright first code against the rotations of the second, and against its
-    // own rotations before those are removed.
+    // Each pair is checked only once: the upright first code against the rotations of the second, and a code
+    // against its own rotations before those are removed.
     ++buckets.first[part.value(turns[i])];
     if (buckets.any_near(turns[i], part, differences, radius)) return true;
     for (std::size_t turn = 1; turn < kTurns; ++turn) ++buckets.first[part.value(turns[i + turn])];
@@ -100,8 +101,8 @@ bool any_pair(const std::vector<std::uint64_t>& turns, const Part& part, int nea
 }
 
 /// Whether any pair is at most `radius` apart. Such a pair is at most `near` apart in one of three parts of
-/// the word, if the three (near + 1) add up to radius + 1. Therefore only codes whose parts nearly agree are
-/// compared.
+/// the word if the three values of near + 1 add up to radius + 1. Only codes that nearly agree in a part
+/// therefore need to be compared.
 bool any_pair(const std::vector<std::uint64_t>& turns, int bits, int radius,
               const std::function<bool()>& cancelled) {
   constexpr int kParts = 3;
@@ -154,7 +155,8 @@ int CodeRotation::min_rotational_distance(std::uint64_t a, std::uint64_t b) cons
 int minimum_distance(const Family& family, const std::function<bool()>& cancelled) {
   const std::vector<std::uint64_t> turns = all_turns(family);
   const int bits = static_cast<int>(family.bits.size());
-  // The nominal distance is nearly always exact, so ruling out one less first avoids the small radii.
+  // The nominal distance is nearly always exact, so checking first that no pair is closer avoids trying the
+  // small radii.
   const int promised = std::clamp(family.min_hamming, 0, bits);
   int distance = any_pair(turns, bits, promised - 1, cancelled) ? 0 : promised;
   while (distance < bits && !any_pair(turns, bits, distance, cancelled)) ++distance;

@@ -35,7 +35,7 @@ TEST_P(HammingOf, TurningACodeTurnsItsPrint) {
   const int margin = (width - table.width_at_border) / 2;
   for (const int number : {0, 3, 29}) {
     const std::vector<std::uint8_t> cells = bitmap({GetParam(), number});
-    // Clockwise: the left side becomes the top.
+    // Rotates clockwise, so the left side becomes the top.
     const auto clockwise = [&](int x, int y) {
       const auto row = static_cast<std::size_t>(width - 1 - x);
       return cells.at(row * static_cast<std::size_t>(width) + static_cast<std::size_t>(y));
@@ -63,7 +63,7 @@ TEST_P(HammingOf, RotationalDistanceIsSymmetricAndInvariantToTurns) {
   }
 }
 
-/// The definition, evaluated pair by pair.
+/// Evaluates the definition pair by pair.
 int minimum_distance_of_all_pairs(const Family& table) {
   const CodeRotation rotation(table);
   int best = static_cast<int>(table.bits.size());
@@ -87,7 +87,7 @@ TEST_P(HammingOf, MinimumDistanceEqualsThatOfAllPairs) {
 TEST(MinimumDistance, StopsSoonAfterCancellation) {
   int asked = 0;
   (void)minimum_distance(family(FamilyId::TagStandard52h13), [&] { return ++asked >= 3; });
-  EXPECT_LE(asked, 4) << "once more at the next distance";
+  EXPECT_LE(asked, 4) << "polled once more at the next distance";
 }
 
 TEST(MinimumDistance, FindsAPlantedPairAtEveryDistance) {
