@@ -9,9 +9,9 @@
 
 namespace waymark {
 
-/// A grey image owned elsewhere: `height` rows of `width` bytes, `stride` bytes from row to row (stride >=
-/// width). Pixel (i, j) covers [i, i+1) x [j, j+1); its centre is (i + 1/2, j + 1/2). Copying a view does not
-/// copy pixels.
+/// A grey image whose pixels are owned elsewhere: `height` rows of `width` bytes, with `stride` bytes from
+/// one row to the next (stride >= width). Pixel (i, j) covers [i, i+1) x [j, j+1), so its centre is at (i +
+/// 1/2, j + 1/2). Copying a view does not copy pixels.
 struct ImageView {
   const std::uint8_t* data = nullptr;
   int width = 0;   ///< [px]
@@ -29,7 +29,7 @@ struct ImageView {
   }
 };
 
-/// An owning grey image with rows packed (stride == width).
+/// A grey image that owns its pixels, with packed rows (stride == width).
 class Image {
  public:
   Image() = default;
@@ -63,10 +63,10 @@ class Image {
   std::vector<std::uint8_t> pixels_;
 };
 
-/// Grey level at (x, y) [px], interpolated bilinearly between the four nearest pixel centres (centres at
-/// +1/2, so sample_bilinear(image, i + 0.5, j + 0.5) is pixel (i, j) exactly). Border rule: beyond the
-/// outermost centres the nearest one is used, so the result is between 0 and 255 at every finite position.
-/// The image must not be empty, x and y must be finite. O(1).
+/// Grey level at (x, y) [px], interpolated bilinearly between the four nearest pixel centres. Centres are at
+/// +1/2, so sample_bilinear(image, i + 0.5, j + 0.5) is exactly pixel (i, j). Beyond the outermost centres,
+/// the nearest one is used, so the result is between 0 and 255 at every finite position. The image must not
+/// be empty, and x and y must be finite. O(1).
 [[nodiscard]] inline double sample_bilinear(const ImageView& image, double x, double y) {
   assert(!image.empty() && std::isfinite(x) && std::isfinite(y));
   const double u = std::clamp(x - 0.5, 0.0, static_cast<double>(image.width - 1));
@@ -85,7 +85,7 @@ class Image {
 
 /// The part of `image` inside [x, x + width) x [y, y + height), clipped to the image, without copying pixels;
 /// an empty view if they do not overlap. Pixel (i, j) of the result is pixel (max(x, 0) + i, max(y, 0) + j)
-/// of the image.
+/// of `image`.
 [[nodiscard]] inline ImageView crop(const ImageView& image, int x, int y, int width, int height) {
   const auto clip = [](std::int64_t value, int limit) {
     return static_cast<int>(std::clamp<std::int64_t>(value, 0, std::max(limit, 0)));
@@ -98,7 +98,7 @@ class Image {
   return {image.row(top) + left, right - left, bottom - top, image.stride};
 }
 
-/// One colour, sRGB bytes.
+/// A colour as sRGB bytes.
 struct Rgb {
   std::uint8_t r = 0;
   std::uint8_t g = 0;
@@ -107,8 +107,8 @@ struct Rgb {
   friend bool operator==(const Rgb&, const Rgb&) = default;
 };
 
-/// An owning colour image, three bytes (r, g, b) per pixel, rows packed. It is for display only; no algorithm
-/// measures in it. Pixel (i, j) covers [i, i+1) x [j, j+1), as in Image.
+/// A colour image that owns its pixels, with three bytes (r, g, b) per pixel and packed rows. It is only for
+/// display; no algorithm performs measurements on it. Pixel (i, j) covers [i, i+1) x [j, j+1), as in Image.
 class ColorImage {
  public:
   ColorImage() = default;
@@ -134,7 +134,7 @@ class ColorImage {
     assert(x >= 0 && x < width_);
     return row(y)[x];
   }
-  /// The first byte of row y: r, g, b, r, g, b, …; 3 * width() bytes.
+  /// Points to the first byte of row y, which holds 3 * width() bytes: r, g, b, r, g, b, …
   [[nodiscard]] const std::uint8_t* row_bytes(int y) const {
     return reinterpret_cast<const std::uint8_t*>(row(y));
   }

@@ -20,7 +20,8 @@ Image random_image(int width, int height, std::uint64_t seed) {
   return image;
 }
 
-/// a + b x + c y at pixel centres; integers, so that bytes represent it exactly.
+/// An image whose levels at the pixel centres are a + b x + c y. They are integers, so bytes represent them
+/// exactly.
 Image plane_image(int width, int height) {
   Image image(width, height);
   for (int y = 0; y < height; ++y) {
