@@ -12,19 +12,20 @@
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 
-/// One value from many measurements, each with several alternatives of which at most one is correct.
+/// Determines one value from many measurements, each with several alternatives, at most one of which is
+/// correct.
 namespace waymark::internal {
 
-/// Poses nearer to each other than this agree: 0.999 quantile of chi-square with 6 degrees of freedom.
+/// Poses closer to each other than this agree: the 0.999 quantile of chi-square with 6 degrees of freedom.
 inline constexpr double kPoseGate = 22.5;
 
-/// One candidate for a transform from one frame.
+/// One candidate for a transform, obtained from one frame.
 template <LieGroup G>
 struct Alternative {
   G value{};
   typename G::Jacobian information =
-      G::Jacobian::Identity();  ///< inverse covariance, left tangent; may be singular
-  double chi2 = 0;              ///< of this alternative by itself
+      G::Jacobian::Identity();  ///< inverse covariance in the left tangent; may be singular
+  double chi2 = 0;              ///< chi2 of this alternative by itself
 };
 
 /// The alternatives of one frame.
@@ -34,7 +35,7 @@ using Vote = std::vector<Alternative<G>>;
 template <LieGroup G>
 struct Agreement {
   Uncertain<G> value{};
-  int votes = 0;  ///< votes that agree with the value
+  int votes = 0;  ///< number of votes that agree with the value
 };
 
 template <LieGroup G>
@@ -43,7 +44,7 @@ double distance2(const Alternative<G>& alternative, const G& value) {
   return r.dot(alternative.information * r);
 }
 
-/// The alternative of a vote nearest to a value, with its distance; nullptr beyond the gate.
+/// The alternative of a vote that is nearest to a value, with its distance; nullptr if it is beyond the gate.
 template <LieGroup G>
 std::pair<const Alternative<G>*, double> nearest(const Vote<G>& vote, const G& value, double gate) {
   std::pair<const Alternative<G>*, double> best{nullptr, gate};
@@ -61,8 +62,8 @@ double cost_of(const std::vector<Vote<G>>& votes, const G& value, double gate) {
   return sum;
 }
 
-/// The proposal with the smallest total cost over the votes. Proposals are all alternatives of the best
-/// determined votes.
+/// The proposal with the smallest total cost over the votes. The proposals are all alternatives of the
+/// best-determined votes.
 template <LieGroup G>
 std::optional<G> propose(const std::vector<Vote<G>>& votes, double gate) {
   constexpr std::size_t kProposers = 8;
@@ -86,16 +87,17 @@ std::optional<G> propose(const std::vector<Vote<G>>& votes, double gate) {
   return best;
 }
 
-/// The weighted mean of the agreeing alternatives, at most one per vote and none beyond the gate. Poses are
-/// fused by Gauss-Newton from a start near the mean (Barfoot and Furgale, "Associating Uncertainty with
-/// Three-Dimensional Poses for Use in Estimation Problems", IEEE T-RO 30(3), 2014, section IV).
+/// The weighted mean of the alternatives that agree, using at most one per vote and none beyond the gate.
+/// Poses are fused by Gauss-Newton iteration, starting near the mean (Barfoot and Furgale, "Associating
+/// Uncertainty with Three-Dimensional Poses for Use in Estimation Problems", IEEE T-RO 30(3), 2014, section
+/// IV).
 template <LieGroup G>
 std::optional<Agreement<G>> agree_near(const std::vector<Vote<G>>& votes, const G& start, double gate) {
   constexpr int kIterations = 20;
   G value = start;
   Agreement<G> result;
   for (int i = 0; i < kIterations; ++i) {
-    typename G::Jacobian H = G::Jacobian::Identity() * 1e-9;  // directions without information stay unchanged
+    typename G::Jacobian H = G::Jacobian::Identity() * 1e-9;  // directions without information do not change
     typename G::Tangent g = G::Tangent::Zero();
     double chi2 = 0;
     result.votes = 0;
@@ -118,7 +120,7 @@ std::optional<Agreement<G>> agree_near(const std::vector<Vote<G>>& votes, const 
   return result;
 }
 
-/// The value on which the votes agree. All votes together determine which alternative of each vote is used.
+/// The value on which the votes agree. All votes together determine which alternative is used for each vote.
 template <LieGroup G>
 std::optional<Agreement<G>> agree(const std::vector<Vote<G>>& votes, double gate) {
   const std::optional<G> start = propose(votes, gate);

@@ -12,8 +12,8 @@ internal::Vote<SE2> vote(const SE2& value, double chi2 = 0) {
   return {{value, Eigen::Matrix3d::Identity() * 1e4, chi2}};
 }
 
-// Individually, two thirds of the votes prefer the wrong one of their two alternatives. Only the correct ones
-// coincide.
+// Individually, two thirds of the votes prefer the wrong one of their two alternatives, but only the correct
+// ones coincide.
 TEST(Agreement, FindsTheAlternativeThatAllFramesShare) {
   Random random(3);
   const SE2 truth(1, 2, 0.5);
@@ -30,7 +30,8 @@ TEST(Agreement, FindsTheAlternativeThatAllFramesShare) {
   ASSERT_TRUE(agreed);
   EXPECT_GE(agreed->votes, 28);
   EXPECT_LT(minus(agreed->value.mean, truth).norm(), 0.01);
-  EXPECT_LT(agreed->value.covariance.trace(), 3e-5) << "the mean of 30 is more precise than one";
+  EXPECT_LT(agreed->value.covariance.trace(), 3e-5)
+      << "the mean of 30 votes is more precise than a single one";
 }
 
 TEST(Agreement, OutliersBeyondTheGateAreIgnored) {

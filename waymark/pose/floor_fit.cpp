@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// Columns of the tangent of SE(3) that correspond to lift(X): x, y, rotation about z.
+/// The columns of the SE(3) tangent that correspond to lift(X): x, y and rotation about z.
 Eigen::Matrix<double, 6, 3> plane_in_space() {
   Eigen::Matrix<double, 6, 3> A = Eigen::Matrix<double, 6, 3>::Zero();
   A(0, 0) = A(1, 1) = A(5, 2) = 1;

@@ -9,7 +9,7 @@
 
 namespace waymark {
 
-/// Accuracy of the floor and of the camera's mounting relative to it.
+/// Accuracy of the floor and of how the camera is mounted relative to it.
 struct FloorOptions {
   double tilt_sigma_rad = 0.005;
   double height_sigma_m = 0.005;
@@ -24,24 +24,24 @@ struct FloorOptions {
   }
 };
 
-/// The planar motion in a pose measured in space.
+/// The planar part of a 3D pose.
 struct FloorFit {
   Uncertain<SE2> a_X_b{};
   double chi2 =
-      /// residual of the components that a planar motion cannot explain (height, two tilts): 3 degrees of
-      /// freedom
+      /// residual of the components that planar motion cannot explain (height and two tilts), with 3 degrees
+      /// of freedom
       0;
 };
 
-/// The X that best explains a measured base_T_tag by lift(X) * shape. A robot on a floor can only turn and
-/// move in the plane; `shape` contains the height and the tilts of the tag. Minimises the squared Mahalanobis
-/// distance of
+/// Finds the X for which lift(X) * shape best explains a measured base_T_tag. A robot on a floor can only
+/// turn and move in the plane; `shape` contains the height and tilts of the tag. Minimises the squared
+/// Mahalanobis distance of
 ///
 ///     log(base_T_tag (lift(X) shape)^-1)
 ///
 /// under the covariance of the measurement plus that of the floor. The floor constrains components that are
-/// uncertain in space, so the covariance of X is smaller than that of the projected pose. Gauss-Newton; takes
-/// a few microseconds.
+/// uncertain in the 3D pose, so the covariance of X is smaller than that of the projected pose. Uses
+/// Gauss-Newton iteration; takes a few microseconds.
 [[nodiscard]] FloorFit fit_to_floor(const Uncertain<SE3>& base_T_tag, const SE3& shape,
                                     const FloorOptions& options = {});
 

@@ -1,4 +1,4 @@
-// Pose fit to a floor: exact without noise, consistent covariance with noise.
+// Tests the fit of a pose to a floor: it is exact without noise, and its covariance is consistent with noise.
 #include "waymark/pose/floor_fit.hpp"
 
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ TEST(FloorFit, ExactWithoutNoise) {
   }
 }
 
-// If uncertain tilts are correlated with the position, the floor constrains the tilts, which improves the
-// position.
+// If uncertain tilts are correlated with the position, the floor constrains the tilts and thereby improves
+// the position.
 TEST(FloorFit, IsMorePreciseThanTheProjectionAndConsistent) {
   Random random(2);
   Covariance<SE3> P = Covariance<SE3>::Identity() * 1e-5;

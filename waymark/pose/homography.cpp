@@ -11,8 +11,8 @@ namespace {
 using Points = std::span<const Eigen::Vector2d>;
 using Index = Eigen::Index;
 
-/// A singular value or determinant below this relative size is rounding error, and the points determine no
-/// homography.
+/// If a singular value or determinant is below this relative size, it is only rounding error, and the points
+/// do not determine a homography.
 constexpr double kDegenerate = 1e-10;
 
 auto invalid(std::string message, std::string hint) {
@@ -36,8 +36,8 @@ Status check(Points a_points, Points b_points) {
   return {};
 }
 
-/// Hartley's normalisation (algorithm 4.2, steps i and ii): centroid to the origin, mean distance sqrt(2).
-/// Zero matrix if all points coincide.
+/// Hartley's normalisation (algorithm 4.2, steps i and ii): moves the centroid to the origin and scales the
+/// mean distance to sqrt(2). Returns the zero matrix if all points coincide.
 Eigen::Matrix3d normalisation(Points points) {
   const double n = static_cast<double>(points.size());
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
@@ -78,7 +78,7 @@ Result<Eigen::Matrix3d> homography_dlt(Points a_points, Points b_points) {
   if (Ta.isZero(0) || Tb.isZero(0)) return degenerate();
 
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(equations(a_points, Ta, b_points, Tb), Eigen::ComputeFullV);
-  // With a rank below 8 the solution is not unique; a singular solution would flatten the plane.
+  // If the rank is below 8, the solution is not unique; a singular solution would collapse the plane.
   if (!(svd.singularValues()(7) > kDegenerate * svd.singularValues()(0))) return degenerate();
   const Eigen::Matrix<double, 9, 1> h = svd.matrixV().col(8);
   const Eigen::Matrix3d normalised = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(h.data());
@@ -86,7 +86,7 @@ Result<Eigen::Matrix3d> homography_dlt(Points a_points, Points b_points) {
 
   Eigen::Matrix3d b_H_a = Tb.inverse() * normalised * Ta;
   b_H_a /= b_H_a.norm();
-  // The centroid of a is (0, 0, 1) when normalised.
+  // When normalised, the centroid of a is (0, 0, 1).
   if (normalised(2, 2) < 0) b_H_a = -b_H_a;
   if (!b_H_a.allFinite()) return degenerate();
   return b_H_a;

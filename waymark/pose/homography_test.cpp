@@ -43,12 +43,12 @@ TEST(Homography, ExactForExactPoints) {
     for (const Points& a : {kSquare, random_points(random, 12)}) {
       const auto found = homography_dlt(a, images(H, a));
       ASSERT_TRUE(found) << to_string(found.error());
-      EXPECT_LT((*found - H).norm(), 1e-9) << "sign and scale are as documented";
+      EXPECT_LT((*found - H).norm(), 1e-9) << "the sign and scale must be as documented";
     }
   }
 }
 
-// Hartley and Zisserman, section 4.4.4: with the normalisation the result does not depend on units and
+// Hartley and Zisserman, section 4.4.4: with normalisation, the result does not depend on the units or the
 // origin.
 TEST(Homography, DoesNotDependOnUnitsAndOrigin) {
   Random random(2);
@@ -67,7 +67,7 @@ TEST(Homography, DoesNotDependOnUnitsAndOrigin) {
   }
 }
 
-// Martins and Ramos, equation 2.12: on the tag's plane the projection is the homography (r1, r2, t) up to
+// Martins and Ramos, equation 2.12: on the plane of the tag, projection is the homography (r1, r2, t) up to
 // scale.
 TEST(Homography, OfATagContainsItsPose) {
   Random random(3);
@@ -101,8 +101,8 @@ TEST(Homography, AgreesWithOpenCvOnNoisyPoints) {
     }
     const cv::Mat cv_H = cv::findHomography(cv_a, cv_b, 0);
     const Eigen::Matrix3d ours = homography_dlt(a, b).value();
-    // OpenCV finishes with a refinement of pixel error, so the two differ by less than the noise, but by more
-    // than rounding.
+    // OpenCV finishes by minimising the pixel error, so the two results differ by more than rounding but by
+    // less than the noise.
     for (const auto& p : a) {
       const cv::Matx31d q = cv::Matx33d(cv_H) * cv::Matx31d(p.x(), p.y(), 1);
       EXPECT_LT((apply_homography(ours, p) - Eigen::Vector2d(q(0) / q(2), q(1) / q(2))).norm(), 0.1);

@@ -29,12 +29,12 @@ struct Candidate {
   const TagDetection* seen = nullptr;
   const MappedTag* mapped = nullptr;
   Corners3 map_corners{};
-  Whitening whitening{};           ///< of the corners; includes the map's covariance once linearised
-  std::array<SE3, 2> cam_T_map{};  ///< both poses of the tag, unrefined
+  Whitening whitening{};  ///< whitening of the corners; includes the map's covariance once linearised
+  std::array<SE3, 2> cam_T_map{};  ///< both poses that the tag suggests, unrefined
   double area_px2 = 0;
 };
 
-/// Fit of a tag under a pose.
+/// How well a tag fits a given pose.
 struct TagFit {
   bool visible = false;
   NormalEquations normal{};
@@ -44,14 +44,14 @@ struct TagFit {
 /// A pose and the tags that agree with it.
 struct Consensus {
   SE3 cam_T_map{};
-  Matrix6 covariance{};         ///< of cam_T_map, in the camera frame's left tangent
-  double chi2 = 0;              ///< of the members
-  std::vector<char> members{};  ///< by candidate
-  std::vector<TagFit> fits{};   ///< of all candidates
+  Matrix6 covariance{};         ///< covariance of cam_T_map in the left tangent of the camera frame
+  double chi2 = 0;              ///< sum over the members
+  std::vector<char> members{};  ///< one flag per candidate
+  std::vector<TagFit> fits{};   ///< one per candidate
   std::size_t count = 0;
 };
 
-/// Grows a consensus from one pose of one tag. Reuses its memory between searches.
+/// Grows a consensus from one pose of one tag. Reuses its memory from one search to the next.
 class Growth {
  public:
   Growth(const CameraModel& camera, std::vector<Candidate>& candidates, const MultiTagOptions& options)
@@ -64,18 +64,18 @@ class Growth {
       map_is_uncertain_ = map_is_uncertain_ || c.mapped->covariance.has_value();
   }
 
-  /// The consensus grown from one pose of one tag; nothing if that tag does not fit itself. Any tag may be
+  /// The consensus grown from one pose of one tag; `nullopt` if not even that tag fits. Any tag may be
   /// removed again, including the seed.
   std::optional<Consensus> from(std::size_t seed, const SE3& start) { return search(seed, start, true); }
-  /// The consensus of the seed alone.
+  /// The consensus of the seed tag alone.
   std::optional<Consensus> alone(std::size_t seed, const SE3& start) { return search(seed, start, false); }
 
  private:
   struct Tag {
     bool is_member = false;
     int expulsions = 0;
-    bool tried = false;  ///< together with the present members, without success
-    /// fraction of its chi2 that remains after one Gauss-Newton step together with the members
+    bool tried = false;  ///< already fitted together with the current members, without success
+    /// fraction of the tag's chi2 that remains after one Gauss-Newton step together with the members
     double unexplained = 1;
   };
   struct Solved {
@@ -116,10 +116,10 @@ class Growth {
 /// A tag that does not fit to first order is tried iteratively if a first-order step leaves less than this
 /// fraction of its chi2.
 constexpr double kMaxUnexplained = 0.25;
-/// How often a tag may be removed and added again after the others changed.
+/// How often a tag may be removed and added again after other tags have changed.
 constexpr int kMaxRemovals = 2;
-/// The map's uncertainty is linearised again if the pose has moved by this many standard deviations, at most
-/// kMaxLinearisations times.
+/// The map's uncertainty is linearised again if the pose has moved by at least this many standard deviations,
+/// but at most kMaxLinearisations times.
 constexpr double kMovedSigmas = 0.1;
 constexpr int kMaxLinearisations = 4;
 
@@ -146,7 +146,7 @@ void Growth::evaluate(const Candidate& candidate, const SE3& cam_T_map, TagFit& 
   fit.normal.add(e, J);
 }
 
-/// False if a member is not visible from the pose.
+/// Returns false if a member is not visible from the pose.
 bool Growth::evaluate_members(const SE3& cam_T_map) {
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     if (!tags_[i].is_member) continue;
@@ -175,7 +175,7 @@ std::optional<SE3> Growth::refine_alone(std::size_t seed, const SE3& start) cons
   return refined->cam_T_ref;
 }
 
-/// The Gauss-Newton step of the members.
+/// The Gauss-Newton step for the members.
 std::optional<Growth::Solved> Growth::solve() const {
   Solved solved;
   for (std::size_t i = 0; i < tags_.size(); ++i) {
@@ -187,7 +187,8 @@ std::optional<Growth::Solved> Growth::solve() const {
   return solved;
 }
 
-/// Iterates the members to their minimum; other tags may be added meanwhile. False if no member is visible.
+/// Iterates the members to their minimum; other tags may join in the process. Returns false if no member is
+/// visible.
 bool Growth::minimise(SE3& cam_T_map, bool others_may_join) {
   for (int step = 0; step < options_.max_iterations; ++step) {
     if (!evaluate_members(cam_T_map)) return false;
@@ -205,7 +206,7 @@ bool Growth::minimise(SE3& cam_T_map, bool others_may_join) {
   return false;
 }
 
-/// Adds every tag that raises the total chi2, to first order, by no more than the gate: equation (22).
+/// Adds every tag that, to first order, raises the total chi2 by no more than the gate: equation (22).
 bool Growth::add_fitting_tags(const Solved& members) {
   bool joined = false;
   for (std::size_t i = 0; i < tags_.size(); ++i) {
@@ -224,8 +225,8 @@ bool Growth::add_fitting_tags(const Solved& members) {
   return joined;
 }
 
-/// For members that leave the pose too uncertain for a first-order prediction. Fits the members with one more
-/// tag, the most promising first, until one fits with all of them.
+/// Used when the members leave the pose too uncertain for a first-order prediction. Fits the members together
+/// with one more tag, starting with the most promising one, until a tag fits with all of them.
 bool Growth::add_tag_by_trial(SE3& cam_T_map) {
   while (true) {
     std::size_t best = tags_.size();
@@ -258,13 +259,13 @@ bool Growth::try_one(std::size_t i, SE3& cam_T_map) {
   return false;
 }
 
-/// Excess of a tag over its gates; outside if more than 1.
+/// How far a tag exceeds its gates; it is outside them if the result is more than 1.
 double Growth::excess(std::size_t i) const {
   return std::max(fits_[i].normal.chi2 / options_.tag_gate_chi2,
                   fits_[i].worst_corner_chi2 / options_.corner_gate_chi2);
 }
 
-/// Removes the member farthest beyond its gates; false if all are within.
+/// Removes the member that exceeds its gates the most. Returns false if all members are within their gates.
 bool Growth::remove_worst() {
   std::size_t worst = tags_.size();
   double worst_excess = 1.0;
@@ -343,7 +344,8 @@ std::optional<Consensus> Growth::search(std::size_t seed, const SE3& start, bool
   SE3 cam_T_map = *seed_only;
   tags_.assign(tags_.size(), Tag());
   tags_[seed].is_member = true;
-  // Each tag is added and removed a bounded number of times; the limit on rounds only guards against a bug.
+  // Each tag is added and removed only a bounded number of times; the limit on rounds merely guards against a
+  // bug.
   for (std::size_t rounds = 0; rounds < 10 + 4 * tags_.size(); ++rounds) {
     if (!minimise(cam_T_map, others_may_join)) return std::nullopt;
     if (remove_worst()) continue;
@@ -355,11 +357,11 @@ std::optional<Consensus> Growth::search(std::size_t seed, const SE3& start, bool
   return std::nullopt;
 }
 
-/// Poses of the same tags nearer than this many standard deviations count as one, because each covariance
-/// covers the other pose.
+/// Two poses of the same tags count as one if they are closer than this many standard deviations, because the
+/// covariance of each then covers the other.
 constexpr double kSamePoseSigmas = 1.0;
 
-/// Distance of b from a in standard deviations of a.
+/// Distance from a to b in standard deviations of a.
 double sigmas_apart(const Consensus& a, const Consensus& b) {
   const Vector6 xi = (b.cam_T_map * a.cam_T_map.inverse()).log();
   const std::optional<Cholesky6> cholesky = Cholesky6::of(a.covariance);
@@ -381,14 +383,14 @@ void keep_if_new(std::vector<Consensus>& found, std::optional<Consensus> consens
   found.push_back(std::move(*consensus));
 }
 
-/// All consensuses to report: first the best, then those that explain as many tags and whose chi2 is larger
-/// by less than options.ambiguity_chi2. Candidates must be in descending order of area.
+/// All consensuses to be reported: first the best one, then those that explain as many tags and have a chi2
+/// that is larger by less than options.ambiguity_chi2. The candidates must be in descending order of area.
 std::vector<Consensus> find_consensus(const CameraModel& camera, std::vector<Candidate>& candidates,
                                       const MultiTagOptions& options) {
   Growth growth(camera, candidates, options);
   std::vector<Consensus> found;
   for (std::size_t seed = 0; seed < candidates.size(); ++seed) {
-    // A larger consensus must contain a tag that the best one lacks, so only such tags are seeds.
+    // A larger consensus must contain a tag that the best one lacks, so only such tags are used as seeds.
     const auto best = std::min_element(found.begin(), found.end(), is_better);
     if (best != found.end() && best->members[seed] != 0) continue;
     for (const SE3& start : candidates[seed].cam_T_map) {
@@ -400,7 +402,7 @@ std::vector<Consensus> find_consensus(const CameraModel& camera, std::vector<Can
   std::sort(found.begin(), found.end(), is_better);
   if (found.empty()) return found;
   // Poses of the same tags are compared by likelihood. Poses of different tags are compared only by the
-  // number of tags, because their chi2 are of different data.
+  // number of tags, because their chi2 values refer to different data.
   const Consensus best = found.front();
   std::erase_if(found, [&](const Consensus& c) {
     return c.count < best.count || (c.members == best.members && c.chi2 > best.chi2 + options.ambiguity_chi2);
@@ -447,8 +449,7 @@ struct Rejections {
   }
 };
 
-/// Detections whose id is unique; the others are rejected. Duplicates count as one detection if all of them
-/// agree.
+/// The detections with unique ids; all others are rejected. Duplicates that all agree count as one detection.
 std::vector<std::size_t> unique_detections(Detections detections, double tolerance_px, Rejections& rejected) {
   std::vector<std::size_t> unique;
   unique.reserve(detections.size());
@@ -478,7 +479,7 @@ std::vector<std::size_t> unique_detections(Detections detections, double toleran
   return unique;
 }
 
-/// Description of an invalid map entry; empty if it is valid.
+/// Describes what is wrong with a map entry; empty if it is valid.
 std::string map_entry_problem(const MappedTag& mapped) {
   if (!is_tag_size(mapped.size_m)) return fmt::format("invalid tag size {} m in the map", mapped.size_m);
   if (!is_finite(mapped.map_T_tag)) return "non-finite pose in the map";
@@ -520,7 +521,8 @@ std::optional<Candidate> prepare(std::size_t detection, Detections detections, c
   return candidate;
 }
 
-/// Root mean square distance of a tag's corners from their projections; infinite if one does not project.
+/// Root mean square distance between the corners of a tag and their projections; infinite if a corner does
+/// not project.
 double rms_px(const CameraModel& camera, const SE3& cam_T_map, const Candidate& candidate) {
   double squared = 0;
   for (std::size_t i = 0; i < 4; ++i) {

@@ -16,12 +16,12 @@
 namespace waymark {
 
 struct MultiTagOptions {
-  /// the same parameter as in TagPoseOptions
+  /// the same as TagPoseOptions::corner_sigma_px
   double corner_sigma_px = TagPoseOptions{}.corner_sigma_px;
-  double tag_gate_chi2 = 26.1;     ///< 0.999 quantile for 8 residuals
-  double corner_gate_chi2 = 16.6;  ///< for 2 residuals; 0.999 for all four corners of a tag together
-  double ambiguity_chi2 = 9.0;     ///< likelihood ratio of 1 in 90
-  double duplicate_px = 1.0;       ///< two detections of one id nearer than this count as one
+  double tag_gate_chi2 = 26.1;     ///< 0.999 quantile of chi-square for 8 residuals
+  double corner_gate_chi2 = 16.6;  ///< for 2 residuals; 0.999 quantile for all four corners together
+  double ambiguity_chi2 = 9.0;     ///< corresponds to a likelihood ratio of 1 in 90
+  double duplicate_px = 1.0;       ///< two detections of the same id that are closer than this count as one
   int max_iterations = 30;
 
   template <class Self, class Visitor>
@@ -54,54 +54,56 @@ struct MultiTagOptions {
   }
 };
 
-/// One pose of the camera that explains a set of tags.
+/// A camera pose that explains a set of tags.
 struct CameraPoseEstimate {
   SE3 map_T_cam{};
-  /// In the map frame's left tangent; from the covariances of the corners and the map tags, assuming
-  /// independent tags.
+  /// In the left tangent of the map frame; computed from the covariances of the corners and of the map tags,
+  /// assuming that tags are independent.
   PoseCovariance covariance = PoseCovariance::Zero();
-  double chi2 = 0;    ///< 8 residuals per tag, 6 unknowns
-  double rms_px = 0;  ///< root mean square distance of the corners from their projections [px]
-  std::vector<std::size_t> detections{};  ///< indices of the detections used, ascending
+  double chi2 = 0;    ///< 8 residuals per tag and 6 unknowns
+  double rms_px = 0;  ///< root mean square distance between the corners and their projections [px]
+  std::vector<std::size_t> detections{};  ///< indices of the detections used, in ascending order
 };
 
 enum class RejectReason : std::uint8_t {
   NotInMap,
-  BadMapEntry,             ///< invalid size, pose or covariance in the map
-  Duplicate,               ///< the second detection of an id at one position
-  ContradictoryDuplicate,  ///< the id was detected at several positions; the correct one is ambiguous
-  BadDetection,            ///< corners that are not an image of a square, or an invalid covariance
-  NotVisible,              ///< according to the estimated pose it is behind the camera or beyond the lens
-  Outlier,                 ///< it is inconsistent with the pose from the others, or fits no pose at all
+  BadMapEntry,             ///< the size, pose or covariance in the map is invalid
+  Duplicate,               ///< a second detection of an id in the same position
+  ContradictoryDuplicate,  ///< the id was detected in several positions, and which one is correct is unknown
+  BadDetection,            ///< the corners are not an image of a square, or the covariance is invalid
+  NotVisible,  ///< given the estimated pose, the tag is behind the camera or outside the field of the lens
+  Outlier,     ///< the tag is inconsistent with the pose obtained from the others, or fits no pose at all
 };
 
 [[nodiscard]] const char* to_string(RejectReason reason);
 
-/// A detection that was not used, with the reason.
+/// A detection that was not used, and the reason.
 struct RejectedTag {
-  std::size_t detection = 0;  ///< index into the detections
+  std::size_t detection = 0;  ///< index of the detection
   TagId tag{};
   RejectReason reason = RejectReason::Outlier;
-  std::string message;  ///< message with values
-  double chi2 = 0;      ///< Outlier: of its 8 residuals under the first estimate
+  std::string message;  ///< a message that includes values
+  double chi2 = 0;      ///< only for Outlier: chi2 of its 8 residuals under the first estimate
 };
 
-/// Camera poses estimated from one image.
+/// The camera poses estimated from one image.
 struct MultiTagPose {
-  /// Best first: most tags, then smallest chi2. Empty: no tag could be used. More than one: the image does
-  /// not determine the correct one (one tag with two poses, two contradicting tags, …), and the function does
-  /// not choose.
+  /// Sorted best first: most tags, then smallest chi2. If it is empty, no tag could be used. If there are
+  /// several, the image does not determine which one is correct (one tag with two poses, two contradictory
+  /// tags, …), and the function does not choose between them.
   std::vector<CameraPoseEstimate> estimates{};
-  std::vector<RejectedTag> rejected{};  ///< ascending detection; outliers are relative to the first estimate
+  std::vector<RejectedTag>
+      rejected{};  ///< in ascending order of detections; outliers are relative to the first estimate
 
   [[nodiscard]] bool usable() const { return estimates.size() == 1; }
   [[nodiscard]] bool ambiguous() const { return estimates.size() > 1; }
 };
 
-/// The pose of the camera in the map from all tags of one image together. Each of the two solutions of each
-/// tag proposes a pose, and tags consistent with it are added. The largest consensus is refined over all its
-/// corners (docs/concepts/pose.md, "Several tags"). Fails only on options out of range; problems of single
-/// tags are listed in `rejected`. O(tags) if all agree, O(tags^2) at worst. Deterministic.
+/// Estimates the pose of the camera in the map jointly from all tags in an image. Each of the two solutions
+/// for each tag proposes a pose, and tags consistent with that pose are added. The largest consensus is
+/// refined over all its corners (docs/concepts/pose.md, "Several tags"). Fails only if an option is out of
+/// range; problems with individual tags are listed in `rejected`. O(tags) if all tags agree, O(tags^2) in the
+/// worst case. Deterministic.
 [[nodiscard]] Result<MultiTagPose> estimate_camera_pose(std::span<const TagDetection> detections,
                                                         const TagMap& map, const CameraModel& camera,
                                                         const MultiTagOptions& options = {});

@@ -73,8 +73,8 @@ TEST(MultiTagPose, MapUncertaintyEnlargesTheCovariance) {
   for (int trial = 0; trial < count; ++trial) {
     MappedView scene = random_scene(random, 4);
     for (auto& [tag, mapped] : scene.map.tags) {
-      // A few millimetres and a quarter of a degree, about the tag; transformed to the map frame by the
-      // adjoint.
+      // Errors of a few millimetres and a quarter of a degree about the tag, transformed to the map frame by
+      // the adjoint.
       SE3::Tangent sigma;
       sigma << 0.003, 0.002, 0.004, 0.004, 0.003, 0.005;
       const SE3 at_tag(SO3(), mapped.map_T_tag.translation());
@@ -141,7 +141,7 @@ TEST(MultiTagPose, OutliersAreRejectedWithAReason) {
         EXPECT_THAT(rejected.message, HasSubstr(to_string(id(i))));
       }
       EXPECT_LE(pose.rejected.size(), static_cast<std::size_t>(outliers) + 1)
-          << "the gate accepts 999 of 1000 good tags";
+          << "the gate accepts 999 out of 1000 good tags";
     }
   }
 }
@@ -175,7 +175,7 @@ TEST(MultiTagPose, OneSmallTagIsReportedAsAmbiguous) {
   ASSERT_EQ(pose.estimates.size(), 2U);
   EXPECT_LE(pose.estimates[0].chi2, pose.estimates[1].chi2);
   EXPECT_LT(std::min(nees(pose.estimates[0], scene.map_T_cam), nees(pose.estimates[1], scene.map_T_cam)), 40);
-  // They are the two poses of the tag.
+  // The two estimates are the two poses of the tag.
   const TagPose alone =
       estimate_tag_pose(scene.seen[0], kTagSize, camera, {.corner_sigma_px = kSigma}).value();
   const SE3 map_T_tag = scene.map.tags.at(id(0)).map_T_tag;
@@ -206,7 +206,7 @@ TEST(MultiTagPose, TwoContradictingTagsAreAmbiguous) {
   }
 }
 
-// Rejected tags.
+// Tests for rejected tags.
 
 TEST(MultiTagPose, TagsThatAreNotInTheMapAreRejected) {
   Random random(11);

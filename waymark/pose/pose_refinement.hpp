@@ -14,20 +14,20 @@
 namespace waymark::internal {
 
 /// Cholesky factorisation A = L L^T of a symmetric 6x6 matrix, for the inner loop of pose refinement. Its
-/// loops have constant length, so compilers unroll them. It takes a third of the time of Eigen's LLT at this
-/// size (benchmarks/pose_benchmark.cpp).
+/// loops have constant bounds, so compilers unroll them. For this size, it takes a third of the time of
+/// Eigen's LLT (benchmarks/pose_benchmark.cpp).
 class Cholesky6 {
  public:
   using Vector = Eigen::Matrix<double, 6, 1>;
   using Matrix = Eigen::Matrix<double, 6, 6>;
 
-  /// Nothing if A is not positive definite, or not finite. Reads the lower triangle.
+  /// Returns `nullopt` if A is not positive definite or not finite. Reads only the lower triangle.
   static std::optional<Cholesky6> of(const Matrix& A) {
     Cholesky6 c;
     for (int j = 0; j < 6; ++j) {
       double pivot = A(j, j);
       for (int k = 0; k < j; ++k) pivot -= c.L_(j, k) * c.L_(j, k);
-      // A pivot below the rounding of the subtraction carries no information.
+      // A pivot smaller than the rounding error of the subtraction carries no information.
       if (!(pivot > 1e-15 * A(j, j)) || !std::isfinite(pivot)) return std::nullopt;
       c.L_(j, j) = std::sqrt(pivot);
       c.inverse_diagonal_[j] = 1.0 / c.L_(j, j);
@@ -78,28 +78,30 @@ using Matrix86 = Eigen::Matrix<double, 8, 6>;
 using Corners3 = std::array<Eigen::Vector3d, 4>;
 using Corners2 = std::array<Eigen::Vector2d, 4>;
 
-/// Transforms the eight coordinates of a residual to independent unit variance: L^-1 of the covariance L L^T.
+/// Transforms the eight coordinates of a residual to independent coordinates with unit variance, using L^-1
+/// for the covariance L L^T.
 class Whitening {
  public:
-  /// Independent coordinates of this standard deviation [px].
+  /// For independent coordinates with this standard deviation [px].
   explicit Whitening(double sigma_px = 1.0) : inverse_sigma_(1.0 / sigma_px) {}
-  /// From a full covariance [px^2]; nothing if it is not positive definite and finite.
+  /// For a full covariance [px^2]; `nullopt` if it is not positive definite and finite.
   static std::optional<Whitening> of(const CornerCovariance& covariance_px2);
 
   void apply(Vector8& e, Matrix86& J) const;
   void apply(Vector8& e) const;
-  /// Largest squared Mahalanobis distance of one corner, 2 degrees of freedom; e before whitening.
+  /// Largest squared Mahalanobis distance of a single corner, with 2 degrees of freedom; `e` is the residual
+  /// before whitening.
   [[nodiscard]] double worst_corner_chi2(const Vector8& e) const;
 
  private:
   [[nodiscard]] bool isotropic() const { return inverse_sigma_ > 0; }
 
-  double inverse_sigma_ = 0;  ///< 0: the full factor is used
-  CornerCovariance factor_;   ///< L, set only for a full covariance
+  double inverse_sigma_ = 0;  ///< if 0, the full factor is used
+  CornerCovariance factor_;   ///< the factor L, set only for a full covariance
 };
 
-/// Normal equations of a least-squares problem at a pose: H = J^T J, g = J^T e, chi2 = e^T e of whitened
-/// residuals.
+/// Normal equations of a least squares problem at a pose: H = J^T J, g = J^T e, chi2 = e^T e, with whitened
+/// residuals e.
 struct NormalEquations {
   Matrix6 H = Matrix6::Zero();
   Vector6 g = Vector6::Zero();
@@ -113,13 +115,14 @@ struct NormalEquations {
   }
 };
 
-/// Residuals (projection - measurement) of four corners and their derivative, equations (13) and (14). The
-/// derivative is with respect to a left perturbation in the frame with the camera's axes and its origin at
-/// cam_pivot. False, with e and J incomplete, if a corner is behind the camera or beyond the lens.
+/// Residuals (projection - measurement) of four corners and their derivatives, equations (13) and (14). The
+/// derivatives are with respect to a left perturbation in the frame that has the camera's axes and its origin
+/// at cam_pivot. Returns false, leaving e and J incomplete, if a corner is behind the camera or outside the
+/// field of the lens.
 bool corner_residuals(const CameraModel& camera, const Corners3& cam_corners,
                       const Eigen::Vector3d& cam_pivot, const Corners2& measured_px, Vector8& e, Matrix86& J);
 
-/// exp(xi) applied to cam_T_ref in the frame with the camera's axes and origin at cam_pivot.
+/// Applies exp(xi) to cam_T_ref in the frame that has the camera's axes and its origin at cam_pivot.
 [[nodiscard]] inline SE3 perturbed(const Vector6& xi, const SE3& cam_T_ref,
                                    const Eigen::Vector3d& cam_pivot) {
   const SE3 step = SE3::exp(xi);
@@ -133,28 +136,29 @@ bool corner_residuals(const CameraModel& camera, const Corners3& cam_corners,
   return Ad;
 }
 
-/// Root of the mean squared distance [px] of the corners from their projections; residuals before whitening.
+/// Root mean square distance [px] between the corners and their projections, from the residuals before
+/// whitening.
 [[nodiscard]] inline double rms_of(const Vector8& e) { return std::sqrt(e.squaredNorm() / 4); }
 
-/// A step whose predicted gain is below this fraction of chi2 (or of 1e-3, if chi2 is nearly zero) is the
-/// last. For a typical chi2 this is a thousandth of a standard deviation.
+/// A step is the last one if its predicted gain is below this fraction of chi2 (or of 1e-3, if chi2 is nearly
+/// zero). For a typical chi2, this corresponds to a thousandth of a standard deviation.
 inline constexpr double kGainTolerance = 1e-6;
 
-/// Result of a refinement.
+/// The result of a refinement.
 struct Refined {
   SE3 cam_T_ref{};
-  /// at cam_T_ref, except for a last step whose predicted gain was below tolerance
+  /// normal equations at cam_T_ref, unless the predicted gain of the last step was below the tolerance
   NormalEquations normal{};
   int iterations = 0;
   bool converged = false;
 };
 
-/// Minimises chi2 by the Levenberg-Marquardt method (pure Gauss-Newton while that lowers the cost).
+/// Minimises chi2 by the Levenberg-Marquardt method (pure Gauss-Newton as long as that lowers the cost).
 ///
 /// `evaluate(cam_T_ref, cam_pivot, normal)` accumulates the normal equations at a pose, or returns false if a
-/// point is not visible. `pivot_of(cam_T_ref)` returns the point of the camera frame about which a step
-/// rotates; with a pivot near the points, the six unknowns are least correlated. Returns nothing if a point
-/// is not visible from the start.
+/// point is not visible. `pivot_of(cam_T_ref)` returns the point in the camera frame about which a step
+/// rotates; with a pivot near the points, the six unknowns are least correlated. Returns `nullopt` if a point
+/// is not visible from the start pose.
 template <class Evaluate, class PivotOf>
 std::optional<Refined> refine(const SE3& start, int max_iterations, PivotOf&& pivot_of, Evaluate&& evaluate) {
   Refined at{.cam_T_ref = start};
@@ -168,7 +172,7 @@ std::optional<Refined> refine(const SE3& start, int max_iterations, PivotOf&& pi
     const std::optional<Cholesky6> cholesky = Cholesky6::of(damped);
     if (!cholesky) return std::nullopt;
     const Vector6 step = -cholesky->solve(at.normal.g);
-    const double gain = -step.dot(at.normal.g);  // the decrease of chi2 predicted by the linear model
+    const double gain = -step.dot(at.normal.g);  // the decrease in chi2 predicted by the linear model
     const SE3 next = perturbed(step, at.cam_T_ref, pivot);
     if (gain <= kGainTolerance * (1e-3 + at.normal.chi2)) {
       at.cam_T_ref = next;
@@ -190,14 +194,14 @@ std::optional<Refined> refine(const SE3& start, int max_iterations, PivotOf&& pi
   return at;
 }
 
-/// Both closed-form poses of a detected tag (square_poses). Fails if the size is not positive and finite, or
-/// if the corners are not an image of a square. They may be non-finite, beyond the lens, repeated, collinear,
-/// mirrored or out of order.
+/// Both closed-form poses of a detected tag (see square_poses()). Fails if the size is not positive and
+/// finite, or if the corners are not an image of a square. The corners may be non-finite, outside the field
+/// of the lens, repeated, collinear, mirrored or out of order.
 Result<std::array<SE3, 2>> starting_poses(const TagDetection& detection, double size_m,
                                           const CameraModel& camera);
 
-/// From the detection's covariance, or from sigma_px if it has none; fails if the covariance is not finite
-/// and positive definite.
+/// Uses the detection's covariance, or sigma_px if it has none. Fails if the covariance is not finite and
+/// positive definite.
 Result<Whitening> whitening_of(const TagDetection& detection, double sigma_px);
 
 }  // namespace waymark::internal

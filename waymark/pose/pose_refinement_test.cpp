@@ -77,7 +77,7 @@ TEST(Reprojection, JacobianIsTheDerivative) {
 }
 
 // exp at the pivot equals exp of the adjoint tangent at the origin, so the returned covariance is in the
-// plain left tangent.
+// usual left tangent.
 TEST(Reprojection, ThePivotOnlyChangesCoordinates) {
   Random random(3);
   for (int trial = 0; trial < 50; ++trial) {

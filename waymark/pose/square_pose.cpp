@@ -10,14 +10,14 @@ namespace {
 
 using Bearings = std::array<Eigen::Vector3d, 4>;
 
-/// Four corners within this angle [rad] count as one point, because below it the differences of unit vectors
-/// lose their digits.
+/// Four corners within this angle [rad] of each other count as one point, because below it the differences
+/// between unit vectors lose their precision.
 constexpr double kSmallestAngle = 1e-7;
-/// Smallest area of a corner triangle, relative to the square of the longest side or diagonal. A millionth is
-/// below the rounding to float of three collinear corners.
+/// Smallest area of a triangle of corners, relative to the square of the longest side or diagonal. For three
+/// collinear corners that are rounded to float, it is less than a millionth.
 constexpr double kSmallestArea = 1e-6;
 
-/// det(a, b, c) from differences, which keeps the digits of small triangles.
+/// det(a, b, c) computed from differences, which preserves precision for small triangles.
 double triple(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   return a.dot((b - a).cross(c - a));
 }
@@ -44,7 +44,7 @@ QuadDefect find_defect(const Bearings& q, const Eigen::Vector4d& depths) {
   return depths.maxCoeff() < 0 ? QuadDefect::Mirrored : QuadDefect::NotConvex;
 }
 
-/// Two unit vectors that complete a third to a right-handed basis (e1, e2, z) (Duff et al., "Building an
+/// Two unit vectors that complete a third one to a right-handed basis (e1, e2, z) (Duff et al., "Building an
 /// Orthonormal Basis, Revisited", JCGT 6(1), 2017).
 std::pair<Eigen::Vector3d, Eigen::Vector3d> complete_basis(const Eigen::Vector3d& z) {
   const double sign = std::copysign(1.0, z.z());
@@ -54,24 +54,24 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> complete_basis(const Eigen::Vector3d
           Eigen::Vector3d(b, sign + z.y() * z.y() * a, -z.y())};
 }
 
-/// Rotation of the square determined by its image about the centre: R~ = [top; row] with the sign of row
-/// undetermined.
+/// The rotation of the square as determined by its image near the centre: R~ = [top; row], where the sign of
+/// row is undetermined.
 struct FirstOrder {
-  double gamma = 0;     ///< largest singular value of A: half side over distance
+  double gamma = 0;     ///< largest singular value of A: half the side over the distance
   Eigen::Matrix2d top;  ///< A / gamma
   Eigen::Vector2d row;  ///< last row of the first two columns
 };
 
-/// Equations (8) and (9). A is a rotation with scaling: A z = (u z + w conj(z)) / 2 with complex u and w, so
-/// the singular values are (|u| +- |w|) / 2. Their difference |w| is computed without cancellation, which
-/// keeps the digits for a frontal square, whose singular values are equal.
+/// Equations (8) and (9). A is decomposed as A z = (u z + w conj(z)) / 2 with complex u and w, so the
+/// singular values are (|u| +- |w|) / 2. Their difference |w| is computed without cancellation. This
+/// preserves precision for a frontal square, whose singular values are equal.
 FirstOrder first_order(const Eigen::Matrix2d& A) {
   const std::complex<double> u(A(0, 0) + A(1, 1), A(1, 0) - A(0, 1));
   const std::complex<double> w(A(0, 0) - A(1, 1), A(1, 0) + A(0, 1));
   const double sum = std::abs(u), difference = std::abs(w);
   const double gamma = (sum + difference) / 2;
   const double length = std::sqrt(sum * difference) / gamma;  // sqrt(1 - (s2 / s1)^2)
-  // The right singular vector of s1 has half the angle of w conj(u); that of s2 is perpendicular to it.
+  // The right singular vector for s1 has half the angle of w conj(u); the one for s2 is perpendicular to it.
   const std::complex<double> v = difference > 0 ? std::sqrt(w * std::conj(u) / (sum * difference)) : 0;
   return {gamma, A / gamma, length * Eigen::Vector2d(-v.imag(), v.real())};
 }
@@ -106,7 +106,7 @@ SquarePoses square_poses(const Bearings& cam_bearings, double size_m) {
   SquarePoses poses{.defect = find_defect(q, depth)};
   if (poses.defect != QuadDefect::None) return poses;
 
-  // Columns of the homography of the square [-1, 1] x [-1, 1], equation (6); the direction of the image of
+  // Columns of the homography from the square [-1, 1] x [-1, 1], equation (6). The direction to the image of
   // (x, y) is c + x a + y b.
   const Eigen::Vector3d p0 = depth[0] * q[0], p1 = depth[1] * q[1], p2 = depth[2] * q[2],
                         p3 = depth[3] * q[3];
@@ -115,13 +115,13 @@ SquarePoses square_poses(const Bearings& cam_bearings, double size_m) {
   const Eigen::Vector3d a = (p1 + p2 - p0 - p3) / length;
   const Eigen::Vector3d b = (p2 + p3 - p0 - p1) / length;
 
-  // Viewed along the direction of the centre, equations (7) to (9).
+  // As seen along the direction to the centre, equations (7) to (9).
   const Eigen::Vector3d e3 = c / length;
   const auto [e1, e2] = complete_basis(e3);
   const Eigen::Matrix2d A = (Eigen::Matrix2d() << e1.dot(a), e1.dot(b), e2.dot(a), e2.dot(b)).finished();
   const auto [gamma, top, first_row] = first_order(A);
   Eigen::Vector2d row = first_row;
-  // Equation (11): farther points appear smaller.
+  // Equation (11): things farther away appear smaller.
   if (row.x() * e3.dot(a) + row.y() * e3.dot(b) < 0) row = -row;
 
   const Eigen::Vector3d cam_t_tag = size_m / (2 * gamma) * e3;  // equation (10)

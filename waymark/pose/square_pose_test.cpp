@@ -27,8 +27,9 @@ TEST(SquarePose, OneSolutionIsExactWithoutNoise) {
         testing::random_view(random, {.min_size_px = 5, .max_size_px = 400, .max_tilt_deg = 80});
     const SquarePoses poses = square_poses(bearings_to(cam_T_tag), testing::kTagSize);
     ASSERT_EQ(poses.defect, QuadDefect::None);
-    // Perspective distinguishes the two, if only slightly, so without noise the correct one is first. For a
-    // frontal tag they coincide, and their rotation error is the square root of the rounding error.
+    // Perspective distinguishes the two poses, if only slightly, so without noise the correct one comes
+    // first. For a frontal tag they coincide, and the error of their rotation is the square root of the
+    // rounding error.
     EXPECT_THAT(poses.cam_T_tag[0], testing::SE3Near(cam_T_tag, 1e-9, 1e-6));
   }
 }
@@ -47,7 +48,7 @@ TEST(SquarePose, WorksInEveryDirection) {
 }
 
 // Both solutions have the same image of the centre and the same first derivatives (Collins and Bartoli,
-// section 4): tags scaled to a thousandth about their centres have the same image.
+// section 4): tags scaled down to a thousandth about their centres have the same image.
 TEST(SquarePose, BothSolutionsAgreeToFirstOrder) {
   Random random(3);
   for (int trial = 0; trial < 200; ++trial) {
@@ -110,8 +111,8 @@ TEST(SquarePose, ReportsTheDefectOfAQuad) {
   }
 }
 
-// The verdict depends on the order of the corners alone: rotating the list keeps it, reversing the list
-// mirrors the quad.
+// The result depends only on the order of the corners: rotating the list does not change it, and reversing
+// the list mirrors the quad.
 TEST(SquarePose, TheDefectIsInvariantToRotationOfTheCorners) {
   Random random(5);
   int convex = 0;

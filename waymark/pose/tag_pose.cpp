@@ -19,11 +19,11 @@ using internal::Vector6;
 using internal::Vector8;
 using internal::Whitening;
 
-/// Two minima nearer than this many standard deviations count as one, because the difference is within the
-/// tolerance of the iteration.
+/// Two minima that are closer than this many standard deviations count as one, because the difference is
+/// within the tolerance of the iteration.
 constexpr double kSameMinimumSigmas = 0.1;
 
-/// Inputs of one refinement.
+/// The inputs to one refinement.
 struct Problem {
   const CameraModel& camera;
   const TagDetection& detection;
@@ -73,7 +73,7 @@ std::optional<TagPoseSolution> solution_of(const Problem& problem, const Refined
                          .covariance = Ad.lazyProduct(information->inverse()).lazyProduct(Ad.transpose())};
 }
 
-/// Distance of b from a in standard deviations of a, about the centre of the tag.
+/// Distance from a to b in standard deviations of a, about the centre of the tag.
 double sigmas_apart(const Refined& a, const Refined& b) {
   Vector6 xi;
   xi << b.cam_T_ref.translation() - a.cam_T_ref.translation(),

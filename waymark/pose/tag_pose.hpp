@@ -15,12 +15,12 @@
 
 namespace waymark {
 
-/// 6x6 covariance of a pose a_T_b in its tangent (translation, rotation) [m, rad], written in a, on the left.
+/// 6x6 covariance of a pose a_T_b in its left tangent (translation, rotation) [m, rad], expressed in frame a.
 using PoseCovariance = Covariance<SE3>;
 
 struct TagPoseOptions {
   /// Default noise of a corner, for detections without a covariance (TagDetection::corner_covariance_px2
-  /// overrides it). Options of this name elsewhere document their differences.
+  /// takes precedence). Options with the same name elsewhere document how they differ.
   double corner_sigma_px = 0.2;
   int max_iterations = 30;
 
@@ -36,48 +36,53 @@ struct TagPoseOptions {
   }
 };
 
-/// One pose that explains the corners: a local minimum of the reprojection error, with lens distortion and
-/// weighted by the corner covariance. After Martins and Ramos, "AprilTag-based Trajectory Tracking for the
-/// LIMOS Robot", equation 2.13.
+/// One pose that explains the corners: a local minimum of the reprojection error, taking lens distortion into
+/// account and weighted by the corner covariance. Follows Martins and Ramos, "AprilTag-based Trajectory
+/// Tracking for the LIMOS Robot", equation 2.13.
 struct TagPoseSolution {
   SE3 cam_T_tag{};
   double chi2 =
-      0;  ///< squared residuals over their variance; 8 coordinates, 6 unknowns: 2 degrees of freedom
-  double rms_px = 0;  ///< root mean square distance of the four corners from their projections [px]
-  /// Inverse Fisher information of the corners about cam_T_tag, in the camera frame's left tangent. First
-  /// order: it does not account for the other solution.
+      0;  ///< squared residuals over their variance: 8 coordinates, 6 unknowns and thus 2 degrees of freedom
+  double rms_px = 0;  ///< root mean square distance between the four corners and their projections [px]
+  /// Inverse of the Fisher information that the corners provide about cam_T_tag, in the left tangent of the
+  /// camera frame. It is of first order and does not account for the other solution.
   PoseCovariance covariance = PoseCovariance::Zero();
 };
 
 /// State of the second solution.
 enum class OtherSolution : std::uint8_t {
   Found,
-  SameMinimum,   ///< both starting points converge to one minimum: strong perspective, or a frontal view
-  NotVisible,    ///< its corners would be behind the camera or beyond the lens
-  NotConverged,  ///< no minimum was found from that starting point
+  SameMinimum,   ///< both starting points converge to the same minimum, because of strong perspective or a
+                 ///< frontal view
+  NotVisible,    ///< its corners would be behind the camera or outside the field of the lens
+  NotConverged,  ///< no minimum was found from its starting point
 };
 
-/// The pose of one tag. A flat square seen nearly without perspective has two poses that fit almost equally
-/// well, mirrored about the plane facing the camera. Noise determines which fits better
-/// (docs/concepts/pose.md, "Two poses"). Both are returned; a caller that uses only `best` makes the choice.
+/// The pose of one tag. A flat square seen with almost no perspective has two poses that fit nearly equally
+/// well; they are mirror images of each other about the plane facing the camera. Noise determines which one
+/// fits better (docs/concepts/pose.md, "Two poses"). Both are returned; a caller that only uses `best` makes
+/// the choice.
 struct TagPose {
-  TagPoseSolution best{};  ///< the smaller chi2; not necessarily the correct one, see ambiguity_ratio()
-  std::optional<TagPoseSolution> other{};            ///< the larger chi2
-  OtherSolution other_state = OtherSolution::Found;  ///< Found: `other` is set; otherwise the reason why not
+  TagPoseSolution
+      best{};  ///< the one with the smaller chi2; not necessarily the correct one, see ambiguity_ratio()
+  std::optional<TagPoseSolution> other{};            ///< the one with the larger chi2
+  OtherSolution other_state = OtherSolution::Found;  ///< `other` is set if Found; otherwise the reason
 
-  /// best.rms_px / other.rms_px in [0, 1]: near 1 the two are indistinguishable, 0 if there is no other.
+  /// best.rms_px / other.rms_px in [0, 1]: near 1 if the two are indistinguishable, 0 if there is no other
+  /// solution.
   [[nodiscard]] double ambiguity_ratio() const;
   /// Likelihood of the corners under `other` relative to `best`: exp((best.chi2 - other.chi2) / 2) in [0, 1],
-  /// 0 if there is no other. Only as accurate as the corner covariance.
+  /// or 0 if there is no other solution. Only as accurate as the corner covariance.
   [[nodiscard]] double likelihood_ratio() const;
 };
 
-/// Both poses of one tag. The two solutions of square_poses() are refined until they are minima. No
-/// allocation; takes a few microseconds. size_m: side of the square where black border meets white border.
+/// Both poses of one tag. The two solutions of square_poses() are refined until they are minima. Does not
+/// allocate; takes a few microseconds. size_m is the side of the square where the black border meets the
+/// white border.
 ///
-/// Fails on a size that is not positive and finite, a covariance that is not positive definite, and options
-/// out of range. Also fails on corners that are not finite, repeated, on a line, not in the order TL, TR, BR,
-/// BL, or outside the domain of the lens. Never gives NaN.
+/// Fails if the size is not positive and finite, the covariance is not positive definite, or an option is out
+/// of range. Also fails if the corners are not finite, repeated, collinear, not in the order TL, TR, BR, BL,
+/// or outside the domain of the lens. Never returns NaN.
 [[nodiscard]] Result<TagPose> estimate_tag_pose(const TagDetection& detection, double size_m,
                                                 const CameraModel& camera,
                                                 const TagPoseOptions& options = {});
@@ -87,15 +92,15 @@ struct TagPose {
                                                 const CameraModel& camera,
                                                 const TagPoseOptions& options = {});
 
-/// Standard deviations for display.
+/// Standard deviations, for display.
 struct PoseDeviations {
-  Eigen::Vector3d position_m;    ///< of the origin of b along the axes of a
+  Eigen::Vector3d position_m;    ///< for the origin of b, along the axes of a
   Eigen::Vector3d rotation_rad;  ///< about the axes of a
 };
 
-/// Standard deviations of a_T_b from its covariance (left tangent in a): of the position of b's origin in a,
-/// and of the rotation about a's axes. If b is away from a's origin, the uncertainty of the position is not
-/// that of the tangent's translation.
+/// Standard deviations of a_T_b computed from its covariance (left tangent in a): those of the position of
+/// b's origin in a, and those of the rotation about a's axes. If b is away from a's origin, the uncertainty
+/// of the position differs from that of the tangent's translation.
 [[nodiscard]] PoseDeviations standard_deviations(const SE3& a_T_b, const PoseCovariance& covariance);
 
 }  // namespace waymark

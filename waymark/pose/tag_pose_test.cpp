@@ -34,8 +34,8 @@ using testing::some_covariance;
 using testing::with_noise;
 using Vector6 = SE3::Tangent;
 
-/// Sum of squared pixel errors divided by their variance, implemented independently: the cost that both
-/// solutions minimise.
+/// Sum of squared pixel errors divided by their variances, implemented independently. This is the cost that
+/// both solutions minimise.
 double cost(const CameraModel& camera, const TagDetection& seen, double sigma_px, const SE3& cam_T_tag) {
   Eigen::Matrix<double, 8, 1> e;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -93,8 +93,8 @@ TEST(TagPose, BothSolutionsAreMinimaOfTheReprojectionError) {
       both += pose->other.has_value() ? 1 : 0;
       for (const TagPoseSolution* s : {&pose->best, pose->other ? &*pose->other : &pose->best}) {
         EXPECT_NEAR(s->chi2, cost(camera, seen, sigma, s->cam_T_tag), 1e-5 * (1 + s->chi2));
-        // A step of a twentieth of a standard deviation in any direction increases the cost, scaled as if the
-        // residuals were noise. The tolerance of the iteration is smaller.
+        // A step of a twentieth of a standard deviation in any direction must increase the cost. The step is
+        // scaled as if the residuals were noise. The tolerance of the iteration is smaller than this step.
         const double step = 0.05 * std::sqrt(1 + s->chi2 / 2);
         const Eigen::LLT<PoseCovariance> llt(s->covariance);
         for (int k = 0; k < 12; ++k) {
@@ -180,14 +180,14 @@ TEST(TagPose, ACornerWithLargeVarianceHasLittleWeight) {
 
 TEST(TagPose, ReportsWhyThereIsNoSecondSolution) {
   const CameraModel camera = testing::plain_camera();
-  // For a frontal tag both solutions coincide;
+  // For a frontal tag, both solutions coincide,
   const SE3 frontal(SO3(), {0, 0, 1.0});
   const TagPose facing = estimate_tag_pose(see_tag(camera, frontal).value(), kTagSize, camera).value();
   EXPECT_FALSE(facing.other);
   EXPECT_EQ(facing.other_state, OtherSolution::SameMinimum);
   EXPECT_EQ(facing.ambiguity_ratio(), 0);
   EXPECT_EQ(facing.likelihood_ratio(), 0);
-  // a tag that fills the view has no second minimum;
+  // a tag that fills the view has no second minimum,
   const SE3 close(SO3::exp({0.9, 0.2, 0.3}), {0, 0, 0.15});
   EXPECT_FALSE(estimate_tag_pose(see_tag(camera, close).value(), kTagSize, camera).value().other);
   // and a small tilted tag has a second solution that fits nearly as well.
@@ -221,8 +221,8 @@ TEST(TagPose, SameInputSameBits) {
   EXPECT_EQ(a.best.covariance, b.best.covariance);
 }
 
-// A rotation by sigma about the camera's x axis moves a tag at distance z by z sigma along y, so a pure
-// rotation of the tangent changes the position.
+// Rotating by sigma about the camera's x axis moves a tag at distance z by z sigma along y, so a pure
+// rotation in the tangent changes the position.
 TEST(StandardDeviations, AreThoseOfThePosition) {
   PoseCovariance covariance = PoseCovariance::Zero();
   covariance(3, 3) = 0.01 * 0.01;
@@ -231,7 +231,7 @@ TEST(StandardDeviations, AreThoseOfThePosition) {
   EXPECT_THAT(d.rotation_rad, MatrixNear(Eigen::Vector3d(0.01, 0, 0), 1e-12));
 }
 
-// Corners that cannot be used.
+// Tests for corners that cannot be used.
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -277,7 +277,7 @@ TEST(TagPose, RejectsInvalidDetections) {
   EXPECT_FALSE(estimate_tag_pose(good, 1, camera, {.corner_sigma_px = 0}));
   EXPECT_FALSE(estimate_tag_pose(good, 1, camera, {.corner_sigma_px = kNan}));
   EXPECT_FALSE(estimate_tag_pose(good, 1, camera, {.max_iterations = 0}));
-  // Three collinear corners, without lens distortion.
+  // Three collinear corners; there is no lens distortion.
   TagDetection line = good;
   line.corners_px = {{{100, 100}, {200, 100}, {300, 100}, {100, 200}}};
   EXPECT_THAT(estimate_tag_pose(line, 1, testing::plain_camera()).error().message, HasSubstr("collinear"));
@@ -313,29 +313,31 @@ TEST(TagPose, RandomInputGivesAnErrorOrFiniteResults) {
   EXPECT_GT(poses, 100);
 }
 
-// Monte Carlo tests that the estimate is as accurate as the corners allow and that its covariance is
+// Monte Carlo tests: the estimate must be as accurate as the corners allow, and its covariance must be
 // consistent.
 
 using testing::ViewRange;
 
-/// Factor of the Monte Carlo length in the full test (test.sh).
+/// Factor by which the full test (test.sh) runs longer Monte Carlo simulations.
 int effort() { return std::getenv("WAYMARK_FULL") == nullptr ? 1 : 5; }
 
 struct Statistics {
   int count = 0;
-  double squared_position = 0, squared_rotation = 0;  ///< squared error
-  /// Cramér-Rao: smallest possible expectation of the squared error
+  double squared_position = 0, squared_rotation = 0;  ///< sums of squared errors
+  /// Cramér-Rao bound: the smallest possible expectation of the squared error
   double bound_position = 0, bound_rotation = 0;
   double nees = 0;
 
   [[nodiscard]] double position_ratio() const { return std::sqrt(squared_position / bound_position); }
   [[nodiscard]] double rotation_ratio() const { return std::sqrt(squared_rotation / bound_rotation); }
   [[nodiscard]] double mean_nees() const { return nees / count; }
-  /// Half width of the 0.95 interval of the mean of `count` draws of a chi-square with 6 degrees of freedom.
+  /// Half the width of the 0.95 interval for the mean of `count` draws from a chi-square distribution with 6
+  /// degrees of freedom.
   [[nodiscard]] double nees_margin() const { return 1.96 * std::sqrt(12.0 / count); }
 };
 
-/// The solution whose rotation is nearest to the truth: the choice of branch is not tested here.
+/// The solution whose rotation is nearest to the truth, because the choice between the two is not tested
+/// here.
 const TagPoseSolution& nearest(const TagPose& pose, const SE3& truth) {
   const auto angle = [&](const TagPoseSolution& s) {
     return (s.cam_T_tag.rotation().inverse() * truth.rotation()).angle();
@@ -363,8 +365,8 @@ Statistics run(const CameraModel& camera, const ViewRange& range, double sigma_p
     }
     const TagPoseOptions options{.corner_sigma_px = sigma_px};
     const auto pose = estimate_tag_pose(seen, kTagSize, camera, options);
-    // Without noise the covariance is the bound (another test checks that it is the inverse Fisher
-    // information).
+    // Without noise, the covariance equals the bound (another test checks that it is the inverse of the
+    // Fisher information).
     const auto bound = estimate_tag_pose(clean, kTagSize, camera, options);
     EXPECT_TRUE(pose && bound);
     if (!pose || !bound) break;
@@ -386,7 +388,7 @@ void expect_efficient_and_consistent(const char* what, const Statistics& s) {
             << ", NEES " << s.mean_nees() << " (6 +- " << s.nees_margin() << ") of " << s.count << "\n";
   EXPECT_LT(s.position_ratio(), 1.1) << what;
   EXPECT_LT(s.rotation_ratio(), 1.1) << what;
-  // A result better than the bound would be a bug in the bound.
+  // A result better than the bound would mean that the bound is wrong.
   EXPECT_GT(s.position_ratio(), 0.9) << what;
   EXPECT_GT(s.rotation_ratio(), 0.9) << what;
   EXPECT_NEAR(s.mean_nees(), 6.0, s.nees_margin()) << what;
@@ -418,8 +420,8 @@ TEST(TagPoseStatistics, WithCorrelatedCorners) {
       "correlated", run(testing::plain_camera(), kOrdinary, 0.1, 10000 * effort(), 15, covariance));
 }
 
-// Small, nearly frontal tags are the hard case: the first-order covariance is too small for them. The bounds
-// are measured values (table in docs/concepts/pose.md) and only detect changes.
+// Small, nearly frontal tags are the difficult case: the first-order covariance is too small for them. The
+// limits are measured values (table in docs/concepts/pose.md) and serve only to detect changes.
 TEST(TagPoseStatistics, SmallTagsAreWorseThanTheirCovariance) {
   const ViewRange small{.min_size_px = 20, .max_size_px = 20, .min_tilt_deg = 0, .max_tilt_deg = 10};
   const Statistics s = run(testing::plain_camera(), small, 0.1, 5000 * effort(), 16);
@@ -429,7 +431,7 @@ TEST(TagPoseStatistics, SmallTagsAreWorseThanTheirCovariance) {
   EXPECT_GT(s.mean_nees(), 6.5);
 }
 
-// Comparison with OpenCV's IPPE_SQUARE, implemented by the authors of the method.
+// Comparison with OpenCV's IPPE_SQUARE, which was implemented by the authors of the method.
 
 /// OpenCV expects corners with y up and z towards the viewer, that is, in our tag frame rotated by pi about
 /// x.
@@ -467,7 +469,7 @@ double angle_to_nearest(const SE3& pose, const SE3& a, const SE3& b) {
                   (pose.rotation().inverse() * b.rotation()).angle());
 }
 
-// The closed form is the same, so both rotations agree, for noisy corners too.
+// OpenCV uses the same closed form, so both rotations agree, even for noisy corners.
 TEST(SquarePoseOracle, BothRotationsMatchOpenCv) {
   Random random(1);
   const CameraModel camera = testing::plain_camera();
@@ -499,7 +501,7 @@ TEST(TagPoseOracle, NeverFitsWorseThanOpenCv) {
       better += ours->best.rms_px < 0.99 * theirs ? 1 : 0;
     }
   }
-  EXPECT_GT(better, 100) << "refinement improves the fit";
+  EXPECT_GT(better, 100) << "refinement must improve the fit";
 }
 
 }  // namespace
