@@ -10,7 +10,8 @@ namespace waymark {
 
 namespace {
 
-/// Any size up to 9 x 9 without heap allocation: the decomposition is compiled once for all sizes.
+/// Holds any size up to 9 x 9 without heap allocation, so the decomposition is compiled only once for all
+/// sizes.
 using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 9>;
 using BoundedSolver = Eigen::SelfAdjointEigenSolver<Bounded>;
 

@@ -20,7 +20,7 @@ void expect_decomposition(Random& random) {
   const Matrix J = drawn(random, N, N);
   const Matrix A = J + J.transpose();
   Matrix lower = A;
-  lower.template triangularView<Eigen::StrictlyUpper>().setConstant(7);  // is not read
+  lower.template triangularView<Eigen::StrictlyUpper>().setConstant(7);  // this part is not read
   const SymmetricEigen<N> of = symmetric_eigen<N>(lower);
   ASSERT_TRUE(of.converged);
   EXPECT_LT((of.vectors * of.values.asDiagonal() * of.vectors.transpose() - A).norm(), 1e-13 * A.norm());

@@ -6,8 +6,8 @@
 
 namespace waymark {
 
-/// The interface that all groups share: SO2, SE2, SO3, SE3, SE23. One filter or test can be written for all
-/// of them.
+/// The interface shared by all groups: SO2, SE2, SO3, SE3 and SE23. A filter or a test can be written once
+/// for all of them.
 template <class G>
 concept LieGroup = requires(const G& X, const typename G::Tangent& xi) {
   { G::kDof } -> std::convertible_to<int>;
@@ -27,17 +27,18 @@ concept LieGroup = requires(const G& X, const typename G::Tangent& xi) {
   { G::vee(X.matrix()) } -> std::same_as<typename G::Tangent>;
 };
 
-// Jacobians below are for perturbations on the left of group-valued arguments and results, X = exp(xi) X_hat.
-// Each tangent is in the parent frame of its transform (docs/concepts/geometry.md, equations (20) to (22)).
-// Pass nullptr for Jacobians that are not needed.
+// The Jacobians below are for perturbations on the left of group-valued arguments and results, X = exp(xi)
+// X_hat. Each tangent is expressed in the parent frame of its transform (docs/concepts/geometry.md, equations
+// (20) to (22)). Pass nullptr for Jacobians that are not needed.
 
-/// exp(xi) X: applies the correction xi, in the parent frame, on the left.
+/// exp(xi) X: applies the correction xi, expressed in the parent frame, on the left.
 template <LieGroup G>
 [[nodiscard]] inline G plus(const typename G::Tangent& xi, const G& X) {
   return G::exp(xi) * X;
 }
 
-/// xi = log(X Y^-1): the correction, in the parent frame, that takes Y to X; plus(minus(X, Y), Y) = X.
+/// xi = log(X Y^-1): the correction, expressed in the parent frame, that takes Y to X. Hence plus(minus(X,
+/// Y), Y) = X.
 template <LieGroup G>
 [[nodiscard]] inline typename G::Tangent minus(const G& X, const G& Y, typename G::Jacobian* J_xi_X = nullptr,
                                                typename G::Jacobian* J_xi_Y = nullptr) {
@@ -75,8 +76,9 @@ template <LieGroup G>
 }
 
 /// Z = exp(s log(Y X^-1)) X: the geodesic from X (s = 0) to Y (s = 1) at constant velocity in the parent
-/// frame; s outside [0, 1] extrapolates. It is the same path as X exp(s log(X^-1 Y)), so the choice of frame
-/// does not matter. Between rotations exactly pi apart, SO3::log determines the direction.
+/// frame. If s is outside [0, 1], the result is extrapolated. X exp(s log(X^-1 Y)) is the same path, so the
+/// choice of frame does not matter. Between rotations that are exactly pi apart, SO3::log determines the
+/// direction.
 template <LieGroup G>
 [[nodiscard]] inline G interpolate(const G& X, const G& Y, double s, typename G::Jacobian* J_Z_X = nullptr,
                                    typename G::Jacobian* J_Z_Y = nullptr) {

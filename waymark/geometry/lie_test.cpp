@@ -1,6 +1,6 @@
-// The laws of a Lie group and of its tangent, as typed tests for every group. Every analytic Jacobian is
-// compared with a numeric one, and the relations among them are checked. rapidcheck searches for
-// counterexamples: rotations of any angle, translations up to kilometres.
+// Tests the laws of a Lie group and its tangent, as typed tests for every group. Every analytic Jacobian is
+// compared with a numeric one, and the relations between them are checked. rapidcheck searches for
+// counterexamples: rotations by any angle and translations of up to kilometres.
 #include "waymark/geometry/lie.hpp"
 
 #include <functional>
@@ -92,7 +92,7 @@ TYPED_TEST(LieLaws, LogUndoesExp) {
   using G = TypeParam;
   for (const auto& xi : this->xs) {
     EXPECT_LE((G::exp(xi).log() - xi).norm(), 1e-14 * xi.norm())
-        << xi.transpose();  // all digits, also of 1e-12 rad
+        << xi.transpose();  // precise in all digits, even for 1e-12 rad
   }
 }
 
@@ -179,7 +179,7 @@ TYPED_TEST(LieLaws, InterpolationDoesNotDependOnTheFrame) {
     EXPECT_THAT(interpolate(A * X, A * Y, s), GroupNear(A * interpolate(X, Y, s), 1e-13));
     EXPECT_THAT(interpolate(X * A, Y * A, s), GroupNear(interpolate(X, Y, s) * A, 1e-13));
     EXPECT_THAT(interpolate(Y, X, 1 - s), GroupNear(interpolate(X, Y, s), 1e-13));
-    const G middle = interpolate(X, Y, 0.5);  // half way in equal steps
+    const G middle = interpolate(X, Y, 0.5);  // the middle, reached in equal steps
     EXPECT_THAT(minus(middle, X), MatrixNear(minus(Y, middle), 1e-13));
   }
 }
@@ -205,7 +205,7 @@ TYPED_TEST(LieLaws, SameInputSameBits) {
   }
 }
 
-/// d(result) / d(argument) of f: G -> G at X, both perturbed on the left.
+/// d(result) / d(argument) for f: G -> G at X, with both perturbed on the left.
 template <class G, class F>
 typename G::Jacobian numeric_left(const F& f, const G& X) {
   const G Z = f(X);
@@ -213,7 +213,7 @@ typename G::Jacobian numeric_left(const F& f, const G& X) {
   return testing::numeric_jacobian<G::kDof, G::kDof>(moved, G::Tangent::Zero().eval());
 }
 
-constexpr double kTolerance = 5e-11;  // of the numeric Jacobians, with translations of metres
+constexpr double kTolerance = 5e-11;  // error of the numeric Jacobians, for translations of a few metres
 
 template <class G>
 class LieJacobians : public ::testing::Test {
@@ -256,12 +256,12 @@ TYPED_TEST(LieJacobians, LeftAndRightAreTheSameUpToSignAndAdjoint) {
     EXPECT_EQ(right, G::left_jacobian(-xi));
     EXPECT_EQ(G::right_jacobian_inverse(xi), G::left_jacobian_inverse(-xi));
     EXPECT_THAT((G::exp(xi).adjoint() * right).eval(), MatrixNear(left, 1e-15 * (1 + xi.squaredNorm())));
-    // Both leave the tangent itself unchanged: it commutes with itself.
+    // Both leave the tangent itself unchanged, because it commutes with itself.
     EXPECT_THAT((left * xi).eval(), MatrixNear(xi, 1e-15 * (1 + xi.squaredNorm())));
   }
 }
 
-// Baker, Campbell, Hausdorff to first order: log(exp(d) exp(xi)) = xi + J_l^-1(xi) d + O(|d|^2).
+// Baker-Campbell-Hausdorff formula to first order: log(exp(d) exp(xi)) = xi + J_l^-1(xi) d + O(|d|^2).
 TYPED_TEST(LieJacobians, FirstOrderOfBakerCampbellHausdorff) {
   using G = TypeParam;
   for (int i = 0; i < 20; ++i) {
@@ -272,7 +272,7 @@ TYPED_TEST(LieJacobians, FirstOrderOfBakerCampbellHausdorff) {
       return (exact - xi - G::left_jacobian_inverse(xi) * (size * d)).norm();
     };
     EXPECT_LE(error(1e-4), 1e-7);
-    if (error(1e-3) > 1e-12) {  // SO2 has no second order
+    if (error(1e-3) > 1e-12) {  // SO2 has no second-order term
       EXPECT_NEAR(error(2e-3) / error(1e-3), 4.0, 0.1);
     }
   }
@@ -367,7 +367,7 @@ TYPED_TEST(ActionJacobians, AProductActsLikeItsFactorsInSequence) {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Log-uniform or uniform, and sometimes exactly zero.
+/// A log-uniform or uniform number, or sometimes exactly zero.
 rc::Gen<double> number(double largest) {
   const auto make = [largest](int mantissa, int exponent) {
     return largest * mantissa / 1e6 * std::pow(10.0, -exponent);
@@ -397,7 +397,8 @@ double size(const G& X) {
   return X.matrix().cwiseAbs().maxCoeff();
 }
 
-/// A single type for all properties: rapidcheck's code for each further type takes long to compile.
+/// A single type for all properties, because rapidcheck's code takes long to compile for each additional
+/// type.
 void check(const std::function<void()>& property) { rc::detail::checkGTest(property); }
 
 template <class G>
@@ -458,7 +459,7 @@ TYPED_TEST(Properties, InterpolationIsEquivariant) {
   using G = TypeParam;
   check([] {
     const G X = G::exp(any_tangent<G>(10.0)), A = G::exp(any_tangent<G>(10.0));
-    const typename G::Tangent xi = 0.9 * any_tangent<G>(10.0);  // at pi both directions are equally short
+    const typename G::Tangent xi = 0.9 * any_tangent<G>(10.0);  // at pi, both directions are equally short
     const G Y = plus(xi, X);
     const double s = *number(1.0);
     RC_ASSERT(distance(A * interpolate(X, Y, s), interpolate(A * X, A * Y, s)) <= 1e-11);

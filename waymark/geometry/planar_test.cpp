@@ -22,7 +22,7 @@ TEST(Planar, AxesAndAngles) {
   EXPECT_THAT(map_T_base * Eigen::Vector2d(1, 0), testing::MatrixNear(Eigen::Vector2d(1, 3), 1e-15));
   EXPECT_DOUBLE_EQ(SO2(std::numbers::pi).angle(), std::numbers::pi);
   EXPECT_DOUBLE_EQ(SO2(3 * std::numbers::pi / 2).angle(), -std::numbers::pi / 2);
-  // -pi and +pi are one heading and have one value.
+  // -pi and +pi are the same heading and are represented by the same value.
   EXPECT_GT((SO2(std::numbers::pi / 2) * SO2(std::numbers::pi / 2)).angle(), 3);
   EXPECT_GT(SO2::from_cos_sin(-1.0, -0.0).angle(), 3);
 }

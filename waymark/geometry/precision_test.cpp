@@ -1,4 +1,5 @@
-// Relative precision from 1e-12 rad to pi, compared with the defining series summed in long double.
+// Tests the relative precision from 1e-12 rad to pi by comparison with the defining series, summed in long
+// double.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -21,7 +22,8 @@ constexpr bool kLongDoubleIsLonger = std::numeric_limits<long double>::digits >=
 template <int N>
 using LongMatrix = Eigen::Matrix<long double, N, N>;
 
-/// sum_n m^n / (n + first)!: the exponential for first = 0, the left Jacobian of m = ad(xi) for first = 1.
+/// sum_n m^n / (n + first)!: the exponential for first = 0, and the left Jacobian for first = 1 and m =
+/// ad(xi).
 template <int N>
 LongMatrix<N> power_series(const LongMatrix<N>& m, int first) {
   LongMatrix<N> term = LongMatrix<N>::Identity(), sum = term;
@@ -42,7 +44,7 @@ long double stumpff_reference(int k, long double s) {
   return sum;
 }
 
-/// ‖computed - reference‖ / ‖reference‖ of one block.
+/// ‖computed - reference‖ / ‖reference‖ for one block.
 template <class Computed, class Reference>
 double relative_error(const Computed& computed, const Reference& reference) {
   const long double size = reference.norm();
@@ -84,7 +86,7 @@ TEST(Stumpff, InverseJacobianCoefficientMatchesItsDefinition) {
     const long double exact =
         (stumpff_reference(2, s / 4) - stumpff_reference(3, s / 4)) / (4 * stumpff_reference(1, s / 4));
     EXPECT_LE(std::abs(inverse_jacobian_coefficient(angle * angle) / exact - 1), 1e-15) << angle;
-    if (angle > 0.1) {  // and in the textbook form, where it is well-conditioned
+    if (angle > 0.1) {  // also in the textbook form, where it is well-conditioned
       const long double half = angle / 2.0L;
       EXPECT_LE(std::abs((1 - half * std::cos(half) / std::sin(half)) / s / exact - 1), 1e-15L) << angle;
     }
@@ -95,7 +97,7 @@ template <class G>
 constexpr int kTranslationDof = G::kDof - G::kRotationDof;
 template <class G>  // size of the rotation matrix in the upper left corner
 constexpr int kSquare = G::kRotationDof == 1 ? 2 : 3;
-template <class G>  // columns right of it
+template <class G>  // number of columns to the right of it
 constexpr int kColumns = G::kMatrixSize - kSquare<G>;
 
 template <class G>
@@ -131,7 +133,7 @@ TYPED_TEST(Precision, Exp) {
         power_series<G::kMatrixSize>(G::hat(xi).template cast<long double>(), 0);
     const typename G::Matrix M = G::exp(xi).matrix();
     EXPECT_LE(relative_error(M, exact), 1e-15) << xi.transpose();
-    // The skew-symmetric part is small, but all its digits must be correct for small angles too.
+    // The skew-symmetric part is small, but all its digits must be correct even for small angles.
     const auto skew = [](const auto& m) {
       const auto R = m.template topLeftCorner<kSquare<G>, kSquare<G>>().eval();
       return (R - R.transpose()).eval();
@@ -153,7 +155,8 @@ TYPED_TEST(Precision, LogRecoversEachPartOfTheTangent) {
   for (const auto& xi : tangents<G>()) {
     const typename G::Tangent back = G::exp(xi).log();
     const auto rotation = xi.template tail<G::kRotationDof>();
-    if (rotation.norm() < std::numbers::pi) {  // at pi (rounded: just below it) either sign is valid
+    if (rotation.norm() <
+        std::numbers::pi) {  // at pi (which is rounded to slightly less) either sign is valid
       EXPECT_LE((back.template tail<G::kRotationDof>() - rotation).norm(), 1e-15 * rotation.norm())
           << xi.transpose();
       EXPECT_LE((back - xi).norm(), 2e-15 * xi.norm()) << xi.transpose();

@@ -12,8 +12,8 @@
 namespace waymark {
 namespace {
 
-/// Davenport's matrix of R: the quaternion (x, y, z, w) of the rotation nearest to R is its dominant
-/// eigenvector.
+/// Davenport's matrix for R: its dominant eigenvector is the quaternion (x, y, z, w) of the rotation nearest
+/// to R.
 Eigen::Matrix4d davenport_matrix(const Eigen::Matrix3d& R) {
   Eigen::Matrix4d k;
   k.topLeftCorner<3, 3>() = R + R.transpose() - R.trace() * Eigen::Matrix3d::Identity();
@@ -38,7 +38,7 @@ SO3 SO3::exp(const Tangent& xi) {
   assert(xi.allFinite());
   const double quarter = xi.squaredNorm() / 4;  // (theta/2)^2
   double half_sinc = 1.0, cosine = 1.0;         // sin(theta/2) / (theta/2), cos(theta/2)
-  if (quarter < 1e-8) {                         // next terms below 1e-27
+  if (quarter < 1e-8) {                         // the next terms are below 1e-27
     half_sinc = 1.0 - quarter / 6 * (1.0 - quarter / 20);
     cosine = 1.0 - quarter / 2 * (1.0 - quarter / 12);
   } else {
@@ -52,7 +52,7 @@ SO3 SO3::exp(const Tangent& xi) {
 
 SO3::Tangent SO3::log() const {
   const double n = q_.vec().norm();
-  // atan2 keeps all digits of the angle at both ends: near 0 through n, near pi through w.
+  // atan2 preserves the full precision of the angle at both ends: near 0 through n, and near pi through w.
   const double scale = n > 0 ? 2 * std::atan2(n, q_.w()) / n : 2.0;
   return scale * q_.vec();
 }
@@ -99,7 +99,7 @@ SO3::Matrix SO3::polynomial(const Tangent& xi, double s, double a, double b) {
 
 SO3 SO3::from_matrix(const Eigen::Matrix3d& a_R_b) {
   assert(a_R_b.allFinite());
-  // A rotation up to rounding needs no search for the nearest one.
+  // If the matrix is already a rotation up to rounding, there is no need to search for the nearest one.
   if (orthonormality_error(a_R_b) < 1e-15 && a_R_b.determinant() > 0) {
     return from_quaternion(Eigen::Quaterniond(a_R_b));
   }
@@ -149,7 +149,8 @@ Eigen::Vector3d SO3::rpy() const {
   const Matrix R = matrix();
   const double yaw = std::atan2(R(1, 0), R(0, 0));
   const double pitch = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
-  // Roll from the middle row of R_z(-yaw) R, so that roll and yaw are consistent near pitch = ±pi/2 too.
+  // Roll is computed from the middle row of R_z(-yaw) R, so that roll and yaw are consistent even near pitch
+  // = ±pi/2.
   const double s = std::sin(yaw), c = std::cos(yaw);
   const double roll = std::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
   return {roll, pitch, yaw};

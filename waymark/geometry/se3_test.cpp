@@ -1,4 +1,4 @@
-// Properties of spatial rotations alone: quaternions, matrices, roll-pitch-yaw, the angle pi.
+// Tests properties specific to rotations in space: quaternions, matrices, roll-pitch-yaw, and the angle pi.
 #include "waymark/geometry/se3.hpp"
 
 #include <limits>
@@ -38,7 +38,7 @@ TEST(SO3, MatrixRotatesAboutTheAxisByTheRightHand) {
   EXPECT_THAT(SO3::hat({1, 2, 3}) * Vector3d(4, 5, 6),
               MatrixNear(Vector3d(1, 2, 3).cross(Vector3d(4, 5, 6)), 0.0));
   Random random(31);
-  for (int i = 0; i < 50; ++i) {  // Rodrigues' formula in Eigen
+  for (int i = 0; i < 50; ++i) {  // Rodrigues' formula as implemented in Eigen
     const Vector3d axis = random_axis(random);
     const double angle = random.uniform(0, 2 * kHalfTurn);
     EXPECT_THAT(SO3::exp(angle * axis).matrix(),
@@ -54,7 +54,7 @@ TEST(SO3, LogNearPiKeepsItsDigits) {
       EXPECT_THAT(SO3::exp((kHalfTurn - gap) * axis).log(),
                   MatrixNear(((kHalfTurn - gap) * axis).eval(), 2e-15))
           << gap;
-      // Beyond pi the shorter rotation is in the other direction.
+      // Beyond pi, the shorter rotation is in the opposite direction.
       EXPECT_THAT(SO3::exp((kHalfTurn + gap) * axis).log(),
                   MatrixNear((-(kHalfTurn - gap) * axis).eval(), 4e-15))
           << gap;
@@ -111,7 +111,7 @@ TEST(SO3, MatrixRoundTripEverywhere) {
   }
 }
 
-// Arun, Huang and Blostein's solution through the SVD, as an oracle for the quaternion method.
+// The solution of Arun, Huang and Blostein by SVD, as an oracle for the quaternion method.
 TEST(SO3, FromMatrixIsTheNearestRotation) {
   Random random(36);
   for (int i = 0; i < 200; ++i) {
@@ -128,7 +128,7 @@ TEST(SO3, FromMatrixIsTheNearestRotation) {
 TEST(SO3, TryFromMatrixRejectsInvalidMatrices) {
   Matrix3d R = SO3::exp({0.1, -0.2, 0.3}).matrix();
   EXPECT_THAT(SO3::try_from_matrix(R).value(), SO3Near(SO3::exp({0.1, -0.2, 0.3}), 1e-15));
-  EXPECT_TRUE(SO3::try_from_matrix(R * 1.0001).has_value());  // rounding of a text file
+  EXPECT_TRUE(SO3::try_from_matrix(R * 1.0001).has_value());  // rounding error as in a text file
 
   const auto code = [](const Matrix3d& m) {
     const auto result = SO3::try_from_matrix(m);

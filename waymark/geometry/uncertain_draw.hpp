@@ -6,8 +6,8 @@
 
 namespace waymark {
 
-/// One draw of X = exp(xi) mean. The covariance may be singular; eigenvalues that are negative by rounding
-/// count as zero.
+/// Draws a random X = exp(xi) mean. The covariance may be singular; eigenvalues that are negative due to
+/// rounding count as zero.
 template <LieGroup G>
 [[nodiscard]] inline G sample(const Uncertain<G>& a_X_b, Random& random) {
   const SymmetricEigen<G::kDof> axes = symmetric_eigen<G::kDof>(a_X_b.covariance);

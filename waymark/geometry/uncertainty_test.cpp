@@ -1,4 +1,5 @@
-// Covariances compared with Monte Carlo (fixed seed), and their exact algebraic identities.
+// Compares covariances with Monte Carlo simulations (with a fixed seed), and tests exact algebraic
+// identities.
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/geometry/uncertain_draw.hpp"
 
@@ -17,8 +18,8 @@ using testing::MatrixNear;
 using testing::random_element;
 
 constexpr int kDraws = 20000;
-// Entries of a whitened sample covariance have a standard deviation of 1/sqrt(N) = 0.7 % (diagonal: 1 %);
-// second-order effects at the standard deviations used here are about 0.3 %.
+// The entries of a whitened sample covariance have a standard deviation of 1/sqrt(N) = 0.7 % (1 % on the
+// diagonal). Second-order effects at the standard deviations used here are about 0.3 %.
 constexpr double kMonteCarloTolerance = 0.05;
 
 template <class G>
@@ -35,8 +36,8 @@ class Uncertainty : public ::testing::Test {
   }
 };
 
-/// L^-1 (sample covariance of `draws` about 0) L^-T, with L L^T the claimed covariance: the identity if the
-/// claim holds.
+/// L^-1 (sample covariance of `draws` about 0) L^-T, where L L^T is the claimed covariance. This is the
+/// identity if the claim holds.
 template <int N>
 Eigen::Matrix<double, N, N> whitened(const std::vector<Eigen::Matrix<double, N, 1>>& draws,
                                      const Eigen::Matrix<double, N, N>& claimed) {
@@ -50,7 +51,7 @@ Eigen::Matrix<double, N, N> whitened(const std::vector<Eigen::Matrix<double, N, 
   return sum / static_cast<double>(draws.size());
 }
 
-/// Draws errors of `claimed`.mean with `draw_element` and compares their covariance with the claimed one.
+/// Draws errors about `claimed`.mean with `draw_element`, and compares their covariance with the claimed one.
 template <class G, class Draw>
 void expect_covariance(const Uncertain<G>& claimed, const Draw& draw_element) {
   std::vector<typename G::Tangent> errors;
@@ -110,7 +111,7 @@ TYPED_TEST(Uncertainty, ACertainFactorAddsNothing) {
   const auto x = this->uncertain();
   const Uncertain<G> certain{random_element<G>(this->random)};
   EXPECT_EQ(compose(x, certain).covariance,
-            x.covariance);  // moving the child frame does not change a parent-frame covariance
+            x.covariance);  // moving the child frame does not change a covariance in the parent frame
   const auto moved = compose(certain, x).covariance;
   const typename G::Jacobian Ad = certain.mean.adjoint();
   EXPECT_THAT(moved, MatrixNear((Ad * x.covariance * Ad.transpose()).eval(), 1e-16));
@@ -137,7 +138,7 @@ TYPED_TEST(Uncertainty, SamplingASingularCovarianceStaysInItsRange) {
   }
 }
 
-// The displayed values: errors of x, y, z along the axes of the map, and rotations about them.
+// The displayed values: errors in x, y and z along the axes of the map, and rotations about these axes.
 TEST(UncertaintyOfPoses, CoordinateCovarianceOfSE3AgainstMonteCarlo) {
   Random random(52);
   const SE3 map_T_base(SO3::from_rpy(0.1, 0.2, 2.0), {5, -3, 1});
@@ -155,7 +156,8 @@ TEST(UncertaintyOfPoses, CoordinateCovarianceOfSE3AgainstMonteCarlo) {
   }
   EXPECT_THAT(whitened(errors, coordinate_covariance(x)),
               MatrixNear(SE3::Jacobian::Identity().eval(), kMonteCarloTolerance));
-  // 5 m from the origin, 3 mrad of heading are about 15 mm across; the tangent's standard deviation is 1 mm.
+  // At 5 m from the origin, a heading error of 3 mrad displaces the position sideways by about 15 mm, whereas
+  // the tangent's standard deviation is 1 mm.
   EXPECT_NEAR(coordinate_deviations(x)[1], std::hypot(0.001, 5 * 0.003, 1 * 0.001), 1e-12);
 }
 
@@ -177,7 +179,7 @@ TEST(UncertaintyOfPoses, CoordinateCovarianceOfSE2AndSE23AgreeWithSE3) {
       coordinate_covariance(Uncertain<SE23>{SE23(X.rotation(), X.translation(), {0, 3, 0}), P9});
   const std::array<int, 6> pose{0, 1, 2, 6, 7, 8};
   EXPECT_THAT(SE3::Jacobian(C9(pose, pose)), MatrixNear(C3, 1e-17));
-  EXPECT_NEAR(std::sqrt(C9(3, 3)), 3 * 0.05, 1e-15);  // a heading error turns the velocity
+  EXPECT_NEAR(std::sqrt(C9(3, 3)), 3 * 0.05, 1e-15);  // a heading error rotates the velocity
 }
 
 TEST(UncertaintyOfPoses, SameSeedSameSample) {
