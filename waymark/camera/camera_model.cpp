@@ -11,15 +11,15 @@
 namespace waymark {
 namespace {
 
-// No lens reaches these bounds, and within them no intermediate result overflows.
+// No real lens reaches these limits, and within them no intermediate result overflows.
 constexpr double kSmallestFocal = 1e-3;
 constexpr double kLargestFocal = 1e7;
 constexpr double kLargestCoefficient = 1e6;
 constexpr int kLargestSide = 1'000'000;
-/// Directions of points nearer than this to the camera centre are undefined [m].
+/// If a point is closer to the camera centre than this, its direction is undefined [m].
 constexpr double kNearest = 1e-12;
-/// Points nearer than this to the optical axis count as on it [m]: for them, the quotients below would lose
-/// digits to denormal numbers.
+/// If a point is closer to the optical axis than this, it counts as on the axis [m], because the quotients
+/// below would lose precision to denormal numbers.
 constexpr double kOnAxis = 1e-200;
 
 auto invalid(std::string message, std::string key, std::string hint) {
@@ -81,8 +81,8 @@ Status check_numbers(const Model& camera) {
   return status;
 }
 
-/// Distance from the principal point to the nearest edge of the image (or to the image, if it is outside), in
-/// normalised coordinates.
+/// Distance from the principal point to the nearest edge of the image (or to the image itself, if the point
+/// is outside it), in normalised coordinates.
 template <class Model>
 double nearest_edge(const Model& camera, int width_px, int height_px) {
   const double left = camera.cx / camera.fx;
@@ -122,8 +122,7 @@ Result<double> find_domain(const Equidistant& camera, int width_px, int height_p
   const double rim = lens.distort(limit);
   const double edge = nearest_edge(camera, width_px, height_px);
   const double focal = std::min(camera.fx, camera.fy);
-  // The image circle of a circular fisheye lies inside the image, so a domain of at least 90 degrees is
-  // enough.
+  // A circular fisheye has its image circle inside the image, so a domain of at least 90 degrees is enough.
   if (limit < 0.5 * std::numbers::pi && rim < edge) return folds(limit, rim * focal, edge * focal);
   return limit;
 }
@@ -143,7 +142,7 @@ std::optional<Eigen::Vector2d> project_with(const PinholeRadtan& camera, double 
   return Eigen::Vector2d(camera.fx * distorted.x() + camera.cx, camera.fy * distorted.y() + camera.cy);
 }
 
-/// Like std::hypot, which is slow; the arguments cannot overflow.
+/// Like std::hypot, which is slow; here the arguments cannot overflow.
 double length(double x, double y) {
   const double square = x * x + y * y;
   return square > 1e-200 && square < 1e200 ? std::sqrt(square) : std::hypot(x, y);
@@ -158,7 +157,7 @@ std::optional<Eigen::Vector2d> project_with(const Equidistant& camera, double li
   if (!(theta < limit)) return std::nullopt;
   double slope = 0.0;
   const double theta_d = EquidistantAngle{camera.k}.distort(theta, &slope);
-  // On the axis any direction works: theta_d / rho equals its radial derivative there.
+  // On the axis, any direction is valid: theta_d / rho equals its radial derivative there.
   const bool on_axis = rho < kOnAxis;
   const double x = on_axis ? 1.0 : cam_p.x() / rho;
   const double y = on_axis ? 0.0 : cam_p.y() / rho;
@@ -253,7 +252,7 @@ Status check_camera_matches_image(const CameraModel& camera, int width_px, int h
 Result<CameraModel> scaled_camera(const CameraModel& camera, int width_px, int height_px) {
   const double x = static_cast<double>(width_px) / camera.width_px();
   const double y = static_cast<double>(height_px) / camera.height_px();
-  constexpr double kMaxApart = 0.01;  // 1280x720 and 854x480 differ by 0.0008
+  constexpr double kMaxApart = 0.01;  // the ratios of 1280x720 and 854x480 differ by 0.0008
   if (width_px > 0 && height_px > 0 && std::abs(x / y - 1) > kMaxApart)
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("a calibration for {}x{} does not scale to {}x{}: the aspect ratios differ, so "

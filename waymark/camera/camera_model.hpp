@@ -10,24 +10,25 @@
 
 namespace waymark {
 
-/// J_px_p: derivative of a projected pixel with respect to the point in the camera frame.
+/// J_px_p: derivative of the projected pixel with respect to the point in the camera frame.
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 
-/// Pinhole with radial-tangential distortion (Brown, "Decentering distortion of lenses", 1966; OpenCV,
-/// "Camera Calibration and 3D Reconstruction"). The coefficients are in OpenCV's order k1 k2 p1 p2 [k3 [k4 k5
-/// k6]]; k4 k5 k6 give the rational model. The parameters fx, fy, cx, cy are in pixels, with pixel centres at
-/// +1/2.
+/// A pinhole camera with radial-tangential distortion (Brown, "Decentering distortion of lenses", 1966;
+/// OpenCV, "Camera Calibration and 3D Reconstruction"). The coefficients are in OpenCV's order k1 k2 p1 p2
+/// [k3 [k4 k5 k6]]; k4 k5 k6 select the rational model. The parameters fx, fy, cx, cy are in pixels, with
+/// pixel centres at +1/2.
 struct PinholeRadtan {
   double fx = 0, fy = 0, cx = 0, cy = 0;
-  std::array<double, 8> k{};  ///< k1 k2 p1 p2 k3 k4 k5 k6, zero beyond `coefficients`
-  int coefficients = 0;  ///< number in use: 0, 4, 5 or 8 (stored so that a file is written as it was read)
+  std::array<double, 8> k{};  ///< k1 k2 p1 p2 k3 k4 k5 k6; zero beyond `coefficients`
+  int coefficients = 0;       ///< number in use: 0, 4, 5 or 8 (stored so that files are rewritten unchanged)
 
   friend bool operator==(const PinholeRadtan&, const PinholeRadtan&) = default;
 };
 
-/// Equidistant fisheye (Kannala and Brandt, "A generic camera model and calibration method for conventional,
-/// wide-angle, and fish-eye lenses", PAMI 2006): theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 +
-/// k4 theta^8). It projects points more than 90 degrees off its axis. Pixel centres at +1/2.
+/// An equidistant fisheye (Kannala and Brandt, "A generic camera model and calibration method for
+/// conventional, wide-angle, and fish-eye lenses", PAMI 2006): theta_d = theta (1 + k1 theta^2 + k2 theta^4 +
+/// k3 theta^6 + k4 theta^8). It can project points that are more than 90 degrees off its axis. Pixel centres
+/// are at +1/2.
 struct Equidistant {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 4> k{};
@@ -35,18 +36,19 @@ struct Equidistant {
   friend bool operator==(const Equidistant&, const Equidistant&) = default;
 };
 
-/// A camera: projection and image size. Immutable and validated: only make() creates one, so every method may
-/// assume positive focal lengths and a valid domain. Outside the domain, methods return nothing.
+/// A camera: a projection and an image size. Immutable and validated: only make() creates cameras, so all
+/// methods may assume positive focal lengths and a valid domain. Outside the domain, methods return
+/// `nullopt`.
 class CameraModel {
  public:
   using Projection = std::variant<PinholeRadtan, Equidistant>;
 
-  /// Determines the domain: the largest cone about the optical axis in which the projection is one to one
-  /// (see Radtan::domain and EquidistantAngle::domain). Fails on non-finite parameters, on focal lengths or
-  /// sizes that are <= 0 or larger than those of any lens, and on non-zero coefficients beyond their count.
-  /// Also fails on a distortion that folds before the nearest image edge. The image circle of a fisheye may
-  /// end inside the image, so for a fisheye this is an error only if it also folds before 90 degrees. The
-  /// place of the error names the field.
+  /// Determines the domain: the largest cone about the optical axis in which the projection is one-to-one
+  /// (see Radtan::domain and EquidistantAngle::domain). Fails if a parameter is not finite, or if a focal
+  /// length or size is <= 0 or larger than for any real lens. Fails if a coefficient beyond their count is
+  /// not zero. Also fails if the distortion folds before the nearest image edge. The image circle of a
+  /// fisheye may end inside the image, so for a fisheye this is an error only if the distortion also folds
+  /// before 90 degrees. The location of the error names the field.
   static Result<CameraModel> make(const Projection& projection, int width_px, int height_px);
 
   [[nodiscard]] int width_px() const { return width_px_; }
@@ -54,24 +56,24 @@ class CameraModel {
   [[nodiscard]] const Projection& projection() const { return projection_; }
 
   /// Half the opening angle of the domain: a point at or beyond this angle from the optical axis does not
-  /// project. 90 degrees without distortion, at most 180 (equidistant). The image may cover less of the cone,
-  /// and its corners may lie outside it.
+  /// project. It is 90 degrees without distortion, and at most 180 degrees (equidistant). The image may cover
+  /// only part of the cone, and its corners may lie outside the cone.
   [[nodiscard]] double max_angle_rad() const;
 
-  /// Pixel of a point in the camera frame (x right, y down, z forward) [m], pixel centres at +1/2. Returns
-  /// nothing if the point is outside the domain (behind the camera or beyond the fold of the distortion) or
-  /// not a number. The pixel may lie outside the image: see contains(). J_px_p, if given, is the 2x3 Jacobian
-  /// [px/m]; it is unchanged if the result is empty.
+  /// Pixel of a point in the camera frame (x right, y down, z forward) [m]; pixel centres are at +1/2.
+  /// Returns `nullopt` if the point is outside the domain (behind the camera or beyond the fold of the
+  /// distortion) or not a number. The pixel may lie outside the image: see contains(). If J_px_p is not null,
+  /// it receives the 2x3 Jacobian [px/m], unless the result is empty.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& cam_p,
                                                        Matrix23* J_px_p = nullptr) const;
 
-  /// Unit bearing of a pixel in the camera frame; nothing if no point of the domain projects there. The
-  /// result always projects again: within 1e-9 px of the original for pixels within 10000 px, within 1e-13
-  /// (relative) beyond.
+  /// Unit bearing of a pixel in the camera frame; `nullopt` if no point in the domain projects there. The
+  /// result always projects again, to within 1e-9 px of the original for pixels within 10000 px, and to
+  /// within 1e-13 (relative) beyond that.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& px) const;
 
-  /// Normalised image coordinates (x/z, y/z) without distortion; nothing if unproject returns nothing or z <=
-  /// 0.
+  /// Normalised image coordinates (x/z, y/z) without distortion; `nullopt` if unproject() returns `nullopt`
+  /// or z <= 0.
   [[nodiscard]] std::optional<Eigen::Vector2d> normalize(const Eigen::Vector2d& px) const;
 
   /// Whether the pixel lies in the image.
@@ -86,14 +88,15 @@ class CameraModel {
   Projection projection_;
   int width_px_ = 0;
   int height_px_ = 0;
-  double limit_ = 0;  ///< domain: largest undistorted radius (radtan, x/z) or angle (equidistant, rad)
+  double limit_ = 0;  ///< largest undistorted radius (radtan, x/z) or angle (equidistant, rad) of the domain
 };
 
-/// Fails if an image of this size cannot be from this camera: intrinsics are valid for one resolution only.
+/// Fails if an image of this size cannot be from this camera, because intrinsics are valid for only one
+/// resolution.
 [[nodiscard]] Status check_camera_matches_image(const CameraModel& camera, int width_px, int height_px);
 
-/// The same camera with its images scaled to another size, as sensors with binning do; pixel centres are at
-/// +1/2 in both. Fails if the aspect ratios differ (1 %), as for a cropped image.
+/// The same camera with its images scaled to another size, as by a sensor with binning; pixel centres are at
+/// +1/2 in both. Fails if the aspect ratios differ (by more than 1 %), as for a cropped image.
 [[nodiscard]] Result<CameraModel> scaled_camera(const CameraModel& camera, int width_px, int height_px);
 
 }  // namespace waymark

@@ -52,7 +52,7 @@ Error error_of(const CameraModel::Projection& projection, int width = 640, int h
   return camera ? Error{.message = "no error"} : camera.error();
 }
 
-/// Expects an error at `key` whose message contains `text`, the invalid value.
+/// Expects an error at `key` whose message contains `text`, which is the invalid value.
 void expect_rejected(const Error& error, const std::string& key, const std::string& text) {
   EXPECT_EQ(error.code, ErrorCode::InvalidArgument);
   EXPECT_EQ(error.place.key, key);
@@ -61,7 +61,8 @@ void expect_rejected(const Error& error, const std::string& key, const std::stri
   testing::expect_on_page("cameras", error);
 }
 
-/// Error of unproject and project for a pixel, in px, allowing a relative 1e-13 for pixels beyond 10000.
+/// Round-trip error of unproject() and project() for a pixel, in px. Allows a relative error of 1e-13 for
+/// pixels beyond 10000.
 double round_trip_error(const CameraModel& camera, const Eigen::Vector2d& px) {
   const auto bearing = camera.unproject(px);
   if (!bearing || std::abs(bearing->norm() - 1.0) > 1e-15) return kInfinity;
@@ -87,7 +88,7 @@ TEST(CameraModel, ProjectsRadialAndTangentialTermsByHand) {
 
 TEST(CameraModel, ProjectsAFisheyeByHand) {
   const Equidistant lens{.fx = 100, .fy = 100, .cx = 200, .cy = 200, .k = {0.01, 0.001, 0, 0}};
-  const auto px = must(CameraModel::make(lens, 400, 400)).project({0.0, 3.0, 0.0});  // 90 degrees down
+  const auto px = must(CameraModel::make(lens, 400, 400)).project({0.0, 3.0, 0.0});  // 90 degrees downwards
   ASSERT_TRUE(px);
   const double t = std::numbers::pi / 2;
   EXPECT_NEAR(px->x(), 200, 1e-12);
@@ -177,10 +178,11 @@ TEST(CameraModel, RejectsInvalidParameters) {
 }
 
 TEST(CameraModel, RejectsADistortionThatFoldsInsideTheImage) {
-  // r (1 - r^2 / 2): slope 1 - 3/2 r^2, zero at r = 0.8165 where the distorted radius is 0.5443: 327 px.
+  // r (1 - r^2 / 2) has the slope 1 - 3/2 r^2, which is zero at r = 0.8165; the distorted radius there is
+  // 0.5443, or 327 px.
   PinholeRadtan lens{.fx = 600, .fy = 600, .cx = 320, .cy = 400, .k = {-0.5}, .coefficients = 4};
   EXPECT_TRUE(CameraModel::make(lens, 640, 800))
-      << "the fold at 327 px is beyond the nearest edge at 320 px: only corners are lost";
+      << "the fold at 327 px is beyond the nearest edge at 320 px, so only corners are lost";
   lens.fx = lens.fy = 500;
   expect_rejected(error_of(lens, 640, 800), "distortion", "39.2 degrees off the axis, 272 px");
   EXPECT_THAT(error_of(lens, 640, 800).message, HasSubstr("320 px"));
@@ -198,7 +200,7 @@ TEST(CameraModel, ACircularFisheyeMayEndInsideItsImage) {
 }
 
 TEST(CameraModel, TheRimOfAFoldRoundTripsInEveryDirection) {
-  // Where the distortion is flat, rounding may move a pixel beyond the rim of the domain.
+  // Where the distortion is flat, rounding may move a pixel beyond the edge of the domain.
   const CameraModel camera = must(CameraModel::make(
       Equidistant{.fx = 211.3, .fy = 209.7, .cx = 320.1, .cy = 239.7, .k = {-0.1, 0, 0, 0}}, 640, 480));
   for (int i = 0; i < 1000; ++i) {
@@ -250,7 +252,8 @@ TEST(CameraModel, NormalizeAgreesWithUnproject) {
 
 RC_GTEST_PROP(CameraModelProperty, RoundTripIsExactEverywhereInTheDomain, ()) {
   const CameraModel camera = any_camera();
-  // A pinhole reaches 90 degrees only at infinity; 84 degrees is ten focal lengths out.
+  // A pinhole camera reaches 90 degrees only at infinity; 84 degrees corresponds to ten focal lengths from
+  // the centre.
   const bool is_pinhole = std::holds_alternative<PinholeRadtan>(camera.projection());
   const double reach =
       is_pinhole ? std::min(camera.max_angle_rad(), std::atan(10.0)) : camera.max_angle_rad();
@@ -303,7 +306,7 @@ TEST(ScaledCamera, ProjectsToTheScaledPixel) {
       EXPECT_LT((*twice->project(p) - 2 * *camera.project(p)).norm(), 1e-9);
     EXPECT_EQ(scaled_camera(*twice, 640, 480).value(), camera);
   }
-  EXPECT_TRUE(scaled_camera(radtan, 853, 640)) << "rounded";
+  EXPECT_TRUE(scaled_camera(radtan, 853, 640)) << "the size is rounded";
   const auto cropped = scaled_camera(radtan, 1280, 720);
   ASSERT_FALSE(cropped);
   EXPECT_EQ(cropped.error().code, ErrorCode::InvalidArgument);

@@ -19,7 +19,7 @@ double bisect(const Polynomial& p, double low, double high) {
   }
 }
 
-/// All sign changes of p in (0, high), ascending.
+/// All sign changes of p in (0, high), in ascending order.
 std::vector<double> sign_changes(const Polynomial& p, double high) {
   if (p.size() < 2) return {};
   std::vector<double> knots = sign_changes(derivative(p), high);
@@ -79,15 +79,15 @@ std::optional<double> last_positive_before_root(const Polynomial& p, double high
 
 namespace {
 
-/// Results stay this far (relatively) inside the domain, so that they project again after rounding.
+/// Results stay inside the domain by this relative margin, so that they project again after rounding.
 constexpr double kInside = 1.0 - 1e-14;
-/// At a fold the map is flat, so rounding of its pixel may move a point of the rim this far (relatively)
-/// beyond it.
+/// At a fold the map is flat, so rounding a pixel may move a point on the edge beyond it by this relative
+/// amount.
 constexpr double kRimSlack = 2e-14;
 
-/// Solves f(x) = target on [low, high] for an increasing f with f(low) <= target <= f(high): Newton, with
-/// bisection if Newton leaves the bracket or converges too slowly ("rtsafe", Press et al., "Numerical
-/// Recipes", section 9.4).
+/// Solves f(x) = target on [low, high] for an increasing f with f(low) <= target <= f(high). Uses Newton's
+/// method, with bisection if Newton leaves the bracket or converges too slowly ("rtsafe", Press et al.,
+/// "Numerical Recipes", section 9.4).
 template <class Function>
 double solve_increasing(Function&& f, double target, double low, double high) {
   constexpr int kMaxIterations = 200;
@@ -123,7 +123,7 @@ RadialFactor radial_factor(const std::array<double, 8>& k, double s) {
   return {value, (numerator_slope - value * denominator_slope) / denominator};
 }
 
-/// r g(r^2); slope, if given, is its derivative A.
+/// r g(r^2); if `slope` is not null, it receives the derivative A.
 double radial(const std::array<double, 8>& k, double r, double* slope) {
   const RadialFactor g = radial_factor(k, r * r);
   if (slope != nullptr) *slope = g.value + 2.0 * r * r * g.slope;
@@ -191,7 +191,7 @@ double Radtan::domain() const {
   const Polynomial denominator = {1.0, 0.0, k[5], 0.0, k[6], 0.0, k[7]};
   const Polynomial r = {0.0, 1.0};
   const Polynomial tangential = (6.0 * std::hypot(k[2], k[3])) * r;
-  // A and B, multiplied by powers of the denominator to make them polynomials.
+  // A and B, multiplied by powers of the denominator so that they become polynomials.
   const Polynomial denominator_squared = denominator * denominator;
   const Polynomial slope = numerator * denominator +
                            r * (derivative(numerator) * denominator - numerator * derivative(denominator));
@@ -199,8 +199,8 @@ double Radtan::domain() const {
   const Polynomial across = numerator - tangential * denominator;
   const Polynomial stretch = kLargestStretch * denominator_squared - slope;
   double limit = kLargestRadius;
-  // The denominator needs no separate check: before its first zero, g exceeds kLargestStretch or falls to
-  // zero.
+  // The denominator does not need to be checked separately: before its first zero, g exceeds kLargestStretch
+  // or falls to zero.
   for (const Polynomial& must_stay_positive : {along, across, stretch}) {
     limit = last_positive_before_root(must_stay_positive, limit).value_or(limit);
   }

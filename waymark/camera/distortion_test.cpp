@@ -35,7 +35,7 @@ TEST(Polynomial, FindsTheFirstOfManyRoots) {
 }
 
 TEST(Polynomial, FindsADipThatSamplingWouldMiss) {
-  // (x - 1)^2 - 1e-12: negative only within 1e-6 of 1.
+  // (x - 1)^2 - 1e-12 is negative only within 1e-6 of 1.
   const auto first = last_positive_before_root({1 - 1e-12, -2, 1}, 1e3);
   ASSERT_TRUE(first);
   EXPECT_NEAR(*first, 1 - 1e-6, 1e-9);
@@ -62,16 +62,16 @@ TEST(RadtanDomain, OfTangentialDistortionEndsWhereItsLargestEigenvalueReachesOne
 }
 
 TEST(RadtanDomain, OfPincushionWithTangentialDistortionEndsWithItsSmallerSlope) {
-  // B = 1 + 0.01 r^2 meets 6 |p| r = 0.6 r at 1.716, A = 1 + 0.03 r^2 only at 1.835.
+  // B = 1 + 0.01 r^2 meets 6 |p| r = 0.6 r at 1.716, whereas A = 1 + 0.03 r^2 meets it only at 1.835.
   EXPECT_NEAR((Radtan{{0.01, 0, 0.06, 0.08}}.domain()), (0.6 - std::sqrt(0.36 - 0.04)) / 0.02, 1e-12);
 }
 
 TEST(RadtanDomain, EndsWhereTheDenominatorVanishesEvenIfItCancels) {
-  // Numerator and denominator are both 1 - r^2 / 4: g is 1, but 0 / 0 at 2.
+  // The numerator and denominator are both 1 - r^2 / 4, so g is 1, except at 2, where it is 0 / 0.
   EXPECT_NEAR((Radtan{{-0.25, 0, 0, 0, 0, -0.25, 0, 0}}.domain()), 2.0, 1e-6);
 }
 
-/// Smaller eigenvalue of a symmetric matrix.
+/// The smaller eigenvalue of a symmetric matrix.
 double smaller_eigenvalue(const Eigen::Matrix2d& J) {
   return 0.5 * (J.trace() - std::hypot(J(0, 0) - J(1, 1), 2 * J(0, 1)));
 }
@@ -88,8 +88,8 @@ RC_GTEST_PROP(RadtanDomain, TheJacobianIsSymmetricPositiveDefiniteInside, ()) {
 }
 
 RC_GTEST_PROP(RadtanDomain, IsNotSmallerThanItMustBe, ()) {
-  // Barrel distortion (slope A below B): along the direction opposite to p the Jacobian loses rank exactly at
-  // the limit.
+  // With barrel distortion (slope A below B), the Jacobian loses rank exactly at the limit in the direction
+  // opposite to p.
   PinholeRadtan camera = testing::any_radtan();
   camera.k[0] = -std::abs(camera.k[0]) - 0.01;
   camera.k[1] = camera.k[4] = camera.k[5] = camera.k[6] = camera.k[7] = 0;

@@ -11,11 +11,11 @@ constexpr int kPinhole = 4;  // fx, fy, cx, cy
 int coefficients_of(const PinholeRadtan& model) { return model.coefficients; }
 int coefficients_of(const Equidistant& model) { return static_cast<int>(model.k.size()); }
 
-/// Derivative, with respect to each coefficient, of the point where a ray meets the image plane at unit focal
-/// length.
+/// Derivatives, with respect to each coefficient, of the point where a ray meets the image plane at unit
+/// focal length.
 using Bend = Eigen::Matrix<double, 2, 8>;
 
-/// The derivatives of Radtan::distort().
+/// Derivatives of Radtan::distort().
 Bend bend_of(const PinholeRadtan& model, const Eigen::Vector3d& cam_p) {
   const Eigen::Vector2d p = cam_p.head<2>() / cam_p.z();
   const auto& k = model.k;
@@ -36,7 +36,7 @@ Bend bend_of(const PinholeRadtan& model, const Eigen::Vector3d& cam_p) {
   return J;
 }
 
-/// The derivatives of EquidistantAngle::distort().
+/// Derivatives of EquidistantAngle::distort().
 Bend bend_of(const Equidistant& /*model*/, const Eigen::Vector3d& cam_p) {
   const double radius = cam_p.head<2>().norm();
   const double angle = std::atan2(radius, cam_p.z());

@@ -10,22 +10,22 @@
 
 namespace waymark {
 
-/// Largest number of parameters of a camera model.
+/// The largest number of parameters of any camera model.
 inline constexpr int kMaxIntrinsics = 12;
 /// J_px_intrinsics, one column per parameter.
 using IntrinsicsJacobian = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMaxIntrinsics>;
 
-/// The parameters of a camera: fx, fy, cx, cy, then the distortion coefficients in use in the order of the
+/// The parameters of a camera: fx, fy, cx, cy, then the distortion coefficients in use, in the order of the
 /// model.
 [[nodiscard]] Eigen::VectorXd intrinsics_of(const CameraModel& camera);
-/// Their names: "fx", "fy", "cx", "cy", "k1", …
+/// Names of the parameters: "fx", "fy", "cx", "cy", "k1", …
 [[nodiscard]] std::vector<std::string> intrinsics_names(const CameraModel& camera);
-/// The same kind of camera with other parameters, as many as intrinsics_of() returns. Fails as
-/// CameraModel::make() does.
+/// The same kind of camera with different parameters, as many as intrinsics_of() returns. Fails in the same
+/// cases as CameraModel::make().
 [[nodiscard]] Result<CameraModel> with_intrinsics(const CameraModel& camera,
                                                   const Eigen::VectorXd& intrinsics);
 
-/// Derivative of the pixel of a point with respect to the parameters; nothing if project() returns nothing.
+/// Derivative of a point's pixel with respect to the parameters; `nullopt` if project() returns `nullopt`.
 [[nodiscard]] std::optional<IntrinsicsJacobian> intrinsics_jacobian(const CameraModel& camera,
                                                                     const Eigen::Vector3d& cam_p);
 

@@ -1,4 +1,4 @@
-// Conversion of a camera to parameters and back, and derivatives with respect to the parameters.
+// Tests the conversion between a camera and its parameters, and derivatives with respect to the parameters.
 #include "waymark/camera/intrinsics.hpp"
 
 #include <gtest/gtest.h>

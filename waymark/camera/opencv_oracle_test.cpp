@@ -9,7 +9,7 @@
 namespace waymark {
 namespace {
 
-// OpenCV has pixel centres at integers: its principal points and pixels are ours minus 1/2.
+// In OpenCV, pixel centres are at integers, so its principal points and pixels are ours minus 1/2.
 template <class Model>
 cv::Matx33d opencv_matrix(const Model& camera) {
   return {camera.fx, 0, camera.cx - 0.5, 0, camera.fy, camera.cy - 0.5, 0, 0, 1};
@@ -57,7 +57,7 @@ RC_GTEST_PROP(OpenCvOracle, NormalisesAsOpenCvDoesWhereItConverges, ()) {
                       cv::noArray(),
                       cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 500, 1e-13));
   const Eigen::Vector2d found(theirs.at(0).x, theirs.at(0).y);
-  // OpenCV's fixed-point iteration may stop early or converge elsewhere; if it solved the equation, the
+  // OpenCV's fixed-point iteration may stop early or converge elsewhere; if it has solved the equation, the
   // results agree.
   const auto back = camera.project({found.x(), found.y(), 1.0});
   const bool converged = back && (*back - px).norm() < 1e-9;
@@ -66,7 +66,7 @@ RC_GTEST_PROP(OpenCvOracle, NormalisesAsOpenCvDoesWhereItConverges, ()) {
 }
 
 TEST(OpenCvOracle, PixelCentresDifferByHalfAPixel) {
-  const PinholeRadtan model{.fx = 100, .fy = 100, .cx = 10.5, .cy = 20.5};  // OpenCV: 10, 20
+  const PinholeRadtan model{.fx = 100, .fy = 100, .cx = 10.5, .cy = 20.5};  // in OpenCV, these are 10 and 20
   const auto px = CameraModel::make(model, 21, 41)->project({0, 0, 1});
   ASSERT_TRUE(px);
   EXPECT_EQ(*px, Eigen::Vector2d(10.5, 20.5));
