@@ -1,4 +1,4 @@
-// After initialisation the filter allocates no memory. malloc counts the allocations, because every
+// Once initialised, the filter must not allocate memory. malloc counts the allocations, because every
 // allocation passes through it.
 #include <cstdlib>
 
@@ -49,7 +49,7 @@ struct KnownPlace {
   }
 };
 
-/// Runs until the filter is initialised, and expects that it then allocates nothing.
+/// Runs until the filter is initialised, and expects no allocations after that.
 void expect_none(LocalizationMethod& method, const RiekfLocalizer& filter, KnownPlace place) {
   ASSERT_EQ(place.frame.detections.size(), 9U);
   TagFrame& frame = place.frame;
@@ -57,13 +57,13 @@ void expect_none(LocalizationMethod& method, const RiekfLocalizer& filter, Known
     for (int i = from; i < to; ++i) {
       method.add(ImuSample{.stamp = at(10 + 0.02 * i)});
       method.add(Odometry{.stamp = at(10 + 0.02 * i)});
-      frame.stamp = at(10 + 0.02 * i - (i % 3 == 0 ? 0.3 : 0.005));  // some frames are late
+      frame.stamp = at(10 + 0.02 * i - (i % 3 == 0 ? 0.3 : 0.005));  // some frames arrive late
       method.add(frame);
       method.clear_comparisons();
       static_cast<void>(method.estimate());
     }
   };
-  run(0, 10);  // from scratch to certain
+  run(0, 10);  // from an unknown pose until it is certain
   ASSERT_TRUE(filter.estimate() && filter.estimate()->certain);
   allocations = 0;
   counting = true;

@@ -19,11 +19,11 @@ namespace {
 constexpr Duration kOdometryKept = std::chrono::seconds(1);
 constexpr double kGate = 22.5;  // 0.999 quantile of chi-square: 2 (corners) + 1 of 3 (floor) + 3 (plane)
 
-/// Pose of the base from one pose of one tag: equation 3.1 in the plane.
+/// The pose of the base from one pose of one tag: equation 3.1 in the plane.
 FloorFit base_on_floor(const MappedTag& tag, const TagPoseSolution& solution, const SE3& base_T_cam,
                        const AnchorOptions& options) {
   constexpr double kAnyHeight = 10;  // because the origin of the map may be off the floor
-  // The position of the tag in the plane, with the axes of the map; the remaining motion is its shape.
+  // The position of the tag in the plane, with the axes of the map; the rest of its pose is the shape.
   const SE2 map_X_tag(tag.map_T_tag.translation().x(), tag.map_T_tag.translation().y(), 0);
   const SE3 shape = lift(map_X_tag).inverse() * tag.map_T_tag;
   const Covariance<SE3> Ad = base_T_cam.adjoint();
@@ -36,7 +36,7 @@ FloorFit base_on_floor(const MappedTag& tag, const TagPoseSolution& solution, co
   return {compose(Uncertain<SE2>{map_X_tag}, tag_X_base), solution.chi2 + fit.chi2};
 }
 
-/// Squared Mahalanobis distance of two independent estimates.
+/// Squared Mahalanobis distance between two independent estimates.
 double apart(const Uncertain<SE2>& a, const Uncertain<SE2>& b) {
   const SE2::Tangent r = minus(a.mean, b.mean);
   return r.dot((a.covariance + b.covariance).inverse() * r);
@@ -106,7 +106,7 @@ std::vector<internal::Vote<SE2>> AnchorLocalizer::votes_of(const std::vector<Obs
   return votes;
 }
 
-/// Initialises the pose from scratch: votes of the tags of several frames, related by odometry.
+/// Initialises the pose from scratch: the tags in several frames, related by odometry, vote for it.
 void AnchorLocalizer::initialise(const std::vector<Observation>& seen, const SE2& odom_T_base) {
   const bool nothing_certain =
       seen.empty() || (seen.size() == 1 && seen[0].ambiguity_ratio > options_.max_ambiguity);
@@ -119,7 +119,7 @@ void AnchorLocalizer::initialise(const std::vector<Observation>& seen, const SE2
   for (const auto& votes : recent_votes_) all.insert(all.end(), votes.begin(), votes.end());
   const auto map_X_odom = internal::agree(all, kGate);
   if (!map_X_odom || 2 * map_X_odom->votes < static_cast<int>(all.size())) return;
-  // Map errors are the same in all frames, so the result is only as certain as one frame.
+  // Map errors are the same in all frames, so the result is only as certain as a single frame.
   const Eigen::Matrix3d covariance = map_X_odom->value.covariance * static_cast<double>(frames);
   anchor({map_X_odom->value.mean * odom_T_base, covariance}, odom_T_base);
 }
@@ -135,7 +135,7 @@ void AnchorLocalizer::anchor(const Uncertain<SE2>& map_X_base, const SE2& odom_T
 
 std::optional<SE2> AnchorLocalizer::odometry_at(SensorTime stamp) const {
   if (odometry_.empty()) return std::nullopt;
-  if (stamp >= odometry_.back().stamp) {  // extrapolate with the newest velocity
+  if (stamp >= odometry_.back().stamp) {  // extrapolates with the latest velocity
     const Odometry& newest = odometry_.back();
     const double dt_s = to_seconds(stamp - newest.stamp);
     return newest.odom_T_base * SE2::exp({newest.speed_m_s * dt_s, 0, newest.yaw_rate_rad_s * dt_s});
@@ -158,7 +158,7 @@ bool AnchorLocalizer::accepted(const Fix& fix, const SE2& map_X_predicted) const
          std::abs(predicted_X_fix.yaw()) <= options_.max_jump_rad;
 }
 
-/// Pose of the base from the last fix and odometry since.
+/// Pose of the base from the last fix and the odometry since then.
 Uncertain<SE2> AnchorLocalizer::predicted_pose(const SE2& odom_T_base) const {
   const double d = driven_since_fix_m_;
   const double heading = options_.drift_rad_per_m * d;
@@ -190,8 +190,8 @@ void AnchorLocalizer::add(const TagFrame& frame) {
   contradictions_ = contradictions;
 }
 
-/// Exactly the published algorithm: sections "Choosing the Best Tag" to "Odometry Fusion and Outlier
-/// Rejection".
+/// Implements exactly the published algorithm: sections "Choosing the Best Tag" to "Odometry Fusion and
+/// Outlier Rejection".
 void AnchorLocalizer::add_published(const TagFrame& frame, const SE2& odom_T_base) {
   std::optional<Fix> fix;
   const CameraView seen_by = camera_of(cameras_, frame.camera);

@@ -77,16 +77,18 @@ struct AnchorOptions {
   }
 };
 
-/// Localization from the nearest tag of the map, and from odometry between fixes. After "Marker-Based Visual
-/// Localization with AprilTags and Odometry Fusion", sections "Choosing the Best Tag" and "Odometry Fusion
-/// and Outlier Rejection". A fix becomes the new anchor if it does not jump or the tag is near, and if it is
-/// at least as certain as odometry since the last fix. Fixes are never averaged. The robot is on a level
-/// floor, which constrains each tag pose (fit_to_floor). Of the two poses of a tag, the one nearer to the
-/// prediction is used. This is the baseline for the filters. Floor constraint, votes at the start and
-/// covariances are not in the paper; `plain` disables them. Equations: docs/concepts/teach_and_replay.md.
+/// Localization from the nearest tag in the map, and from odometry between fixes. Follows "Marker-Based
+/// Visual Localization with AprilTags and Odometry Fusion", sections "Choosing the Best Tag" and "Odometry
+/// Fusion and Outlier Rejection". A fix becomes the new anchor if it does not jump or its tag is near. It
+/// must also be at least as certain as the odometry since the last fix. Fixes are never averaged. The robot
+/// is assumed to be on a level floor, which constrains each tag pose (fit_to_floor). Of the two poses of a
+/// tag, the one nearer to the prediction is used. This method is the baseline for the filters. The floor
+/// constraint, the votes at the start and the covariances are not in the paper; `plain` disables them. For
+/// the equations, see docs/concepts/teach_and_replay.md.
 class AnchorLocalizer final : public LocalizationMethod {
  public:
-  /// `more_cameras`: cameras other than the first. A frame that names none of them is from the first.
+  /// `more_cameras` contains all cameras except the first. A frame that does not name one of them is from the
+  /// first camera.
   AnchorLocalizer(TagMap map, CameraModel camera, const SE3& base_T_cam, const AnchorOptions& options = {},
                   std::vector<MountedCamera> more_cameras = {});
 
@@ -99,7 +101,7 @@ class AnchorLocalizer final : public LocalizationMethod {
   [[nodiscard]] int rejected() const { return rejected_; }
 
  private:
-  /// A mapped tag in a frame, with the pose of the base for each of its two poses.
+  /// A mapped tag in a frame, with a pose of the base for each of the tag's two poses.
   struct Observation {
     std::vector<FloorFit> map_X_base{};
     double distance_m = 0;
@@ -107,7 +109,7 @@ class AnchorLocalizer final : public LocalizationMethod {
   };
   struct Fix {
     Uncertain<SE2> map_X_base;
-    double distance_m;  ///< of the nearest tag used
+    double distance_m;  ///< distance to the nearest tag used
   };
   using Votes = std::vector<internal::Vote<SE2>>;
   [[nodiscard]] std::vector<Observation> observations(const TagFrame& frame) const;
@@ -123,7 +125,7 @@ class AnchorLocalizer final : public LocalizationMethod {
   [[nodiscard]] bool accepted(const Fix& fix, const SE2& map_X_predicted) const;
 
   TagMap map_;
-  /// The cameras in the form that camera_of() takes.
+  /// The cameras in the form expected by camera_of().
   struct Cameras {
     CameraModel camera;
     SE3 base_T_cam;
@@ -131,12 +133,12 @@ class AnchorLocalizer final : public LocalizationMethod {
   };
   Cameras cameras_;
   AnchorOptions options_;
-  std::deque<Odometry> odometry_;  ///< the last second, for frames that arrive late
+  std::deque<Odometry> odometry_;  ///< odometry from the last second, for frames that arrive late
   std::optional<SE2> map_T_odom_;
   Eigen::Matrix3d fix_covariance_ = Eigen::Matrix3d::Zero();
   double driven_since_fix_m_ = 0;
-  int contradictions_ = 0;          ///< consecutive
-  std::deque<Votes> recent_votes_;  ///< map_X_odom from the last frames, while there is no anchor
+  int contradictions_ = 0;          ///< number of consecutive contradictions
+  std::deque<Votes> recent_votes_;  ///< map_X_odom from the latest frames, while there is no anchor
   int fixes_ = 0;
   int rejected_ = 0;
 };

@@ -1,4 +1,4 @@
-// The anchor method on a straight drive past mapped tags, with simulated corners.
+// Tests the anchor method on a straight drive past mapped tags, with simulated corners.
 #include "waymark/localization/anchor_localizer.hpp"
 
 #include <cmath>
@@ -88,7 +88,7 @@ TEST(AnchorLocalizer, PlainAcceptsTheFirstFrameAndEveryLaterOne) {
   const double before = distance(*localizer.estimate(), truth);
   localizer.add(observe(truth, 1.1, &random));
   EXPECT_GT(distance(*localizer.estimate(), truth), before + 1e-5)
-      << "a noisy fix replaces a better prediction";
+      << "the noisy fix must replace the better prediction";
   const SE2 elsewhere(0.4, 0.1, 0.05);
   for (int i = 1; i <= AnchorOptions{}.jumps_to_restart; ++i) {
     EXPECT_LT(distance(*localizer.estimate(), truth), 0.1) << "a jump from a far tag is rejected";

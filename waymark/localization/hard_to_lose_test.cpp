@@ -1,5 +1,5 @@
-// A thousand robots (forty unless WAYMARK_FULL is set) in a ring of tags, with wrong parameters, in the dark,
-// or moved by hand.
+// Places a thousand robots (forty unless WAYMARK_FULL is set) in a ring of tags. They have wrong parameters,
+// are in the dark, or are moved by hand.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -20,12 +20,13 @@ using testing::RingRobot;
 using testing::RingWorld;
 using testing::run;
 
-/// Checks "certain" from the time it is reported until it is withdrawn. A robot moved by hand in the dark
-/// cannot be detected: its estimate may stay certain until tags have contradicted it for one second.
+/// Checks that a claim of being certain holds from the time it is made until it is withdrawn. Moving a robot
+/// by hand in the dark cannot be detected: its estimate may stay certain until tags have contradicted it for
+/// one second.
 struct Claims {
   bool certain = false;
   int starts = 0;
-  bool carried = false;  ///< moved by hand since the estimate became certain
+  bool carried = false;  ///< the robot has been moved by hand since the estimate became certain
   int made = 0;
   int false_moments = 0;
 
@@ -44,14 +45,14 @@ struct Claims {
   }
 };
 
-/// One robot among tags; a fifth of the ids are misread.
+/// One robot among tags, with a fifth of the ids misread.
 struct Trial {
   RiekfLocalizer filter{Landmarks(ring()), mounted_sensor()};
   RingRobot robot{};
   RingWorld world{.wrong_id_share = 0.2};
   Random random;
   Claims claims{};
-  double two_tags_s = 0;  ///< since it was last dark
+  double two_tags_s = 0;  ///< since it was last in the dark
   bool back = false;
 
   explicit Trial(std::uint64_t seed) : random(seed) {}
@@ -68,7 +69,7 @@ struct Trial {
   }
 };
 
-/// Within a second after two tags are visible the estimate is correct again, and it is never reported as
+/// Within a second of two tags becoming visible, the estimate is correct again, and it is never reported as
 /// certain while it is wrong.
 TEST(RiekfLocalizer, IsHardToLose) {
   const int trials = std::getenv("WAYMARK_FULL") != nullptr ? 1000 : 40;

@@ -14,7 +14,7 @@ namespace waymark {
 std::vector<bool> keep_given(const Eigen::MatrixXd& covariance, double enough_sigma,
                              Eigen::VectorXd& change) {
   std::vector<bool> kept(static_cast<std::size_t>(change.size()), false);
-  Eigen::MatrixXd P = covariance;  // of the parameters that may still change
+  Eigen::MatrixXd P = covariance;  // covariance of the parameters that may still change
   for (;;) {
     Eigen::Index least = -1;
     double least_sigmas = enough_sigma;
@@ -34,7 +34,7 @@ std::vector<bool> keep_given(const Eigen::MatrixXd& covariance, double enough_si
   }
 }
 
-// Names of the calibrated parameters, and sensor and options with parameters applied.
+// Names of the calibrated parameters, and the sensor and options with the parameters applied.
 
 std::string_view to_string(Calibrated what) {
   constexpr std::array<std::string_view, kCalibrated> kNames = {
@@ -75,28 +75,29 @@ RiekfOptions calibrated_options(const RiekfOptions& options, const CalibratedNum
 // Implementation of calibrate_by_innovations().
 namespace {
 
-constexpr double kCapPerRow = 16;  ///< the maximum cost of an outlier per row
-constexpr int kStretches = 12;     ///< segments of a drive; every third is held out
+constexpr double kCapPerRow = 16;  ///< maximum cost per row of an outlier
+constexpr int kStretches = 12;     ///< segments per drive; every third one is held out
 
-/// Cost of one run of the filter by its innovations.
+/// Cost of one run of the filter, computed from its innovations.
 struct RunCost {
-  double fitted = 0;       ///< sum of NIS over the fitted part, outliers capped
+  double fitted = 0;       ///< sum of NIS over the fitted part, with outliers capped
   double fitted_rows = 0;  ///< degrees of freedom
-  double held_out = 0;     ///< as `fitted`, for the held-out part
+  double held_out = 0;     ///< like `fitted`, for the held-out part
   double held_out_rows = 0;
   std::size_t observations = 0;
-  bool lost = false;  ///< for longer than with other parameters; unprocessed observations would cost nothing
+  bool lost = false;  ///< the filter was lost for longer than with other parameters; unprocessed observations
+                      ///< would cost nothing
 
   [[nodiscard]] double rows() const { return fitted_rows + held_out_rows; }
   [[nodiscard]] double per_row() const { return rows() > 0 ? (fitted + held_out) / rows() : 0; }
   [[nodiscard]] double held_out_per_row() const { return held_out_rows > 0 ? held_out / held_out_rows : 0; }
-  /// The cost that a search compares.
+  /// The cost that the search compares.
   [[nodiscard]] double fitted_per_row() const {
     return lost || !(fitted_rows > 0) ? std::numeric_limits<double>::infinity() : fitted / fitted_rows;
   }
 };
 
-/// Runs the filter over one drive with different parameters.
+/// Runs the filter over one drive with different sets of parameters.
 class InnovationRuns {
  public:
   InnovationRuns(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& sensor,
@@ -106,7 +107,7 @@ class InnovationRuns {
         sensor_(sensor),
         options_(options),
         keep_going_(fit.keep_going) {
-    // The errors to be found must be visible in the innovations, so other states must not absorb them.
+    // The errors to be found must show up in the innovations, so other states must not absorb them.
     options_.mounting_sigma_m = options_.mounting_sigma_rad = 0;
     options_.motion.distance_scale_sigma = options_.motion.yaw_scale_sigma = 0;
     constexpr double kSlip_s = 0.01;
@@ -114,8 +115,8 @@ class InnovationRuns {
     options_.motion.independent_parts = true;
   }
 
-  /// Runs the filter with observation noise scaled by `noise_ratio`. The ratio is large at first, so that
-  /// outliers are accepted. `errors` receives the evidence of the part that is not held out.
+  /// Runs the filter with observation noise scaled by `noise_ratio`, which is large at first so that outliers
+  /// are accepted. `errors` receives the evidence from the part that is not held out.
   RunCost operator()(const CalibratedNumbers& numbers, double noise_ratio,
                      SystematicErrors* errors = nullptr) {
     stopped = stopped || (keep_going_ && !keep_going_());
@@ -142,8 +143,8 @@ class InnovationRuns {
   }
 
   int runs = 0;
-  bool holds_out = true;  ///< whether a third of the drive is held out from `errors`
-  bool stopped = false;   ///< by `keep_going`; the results of later runs are invalid
+  bool holds_out = true;  ///< whether a third of the drive is withheld from `errors`
+  bool stopped = false;   ///< `keep_going` ended the search; later runs are invalid
 
  private:
   [[nodiscard]] RiekfOptions widened(double ratio) const {
@@ -178,16 +179,17 @@ class InnovationRuns {
   MountedSensor sensor_;
   RiekfOptions options_;
   std::function<bool()> keep_going_;
-  double most_rows_ = 0;  ///< of all runs
+  double most_rows_ = 0;  ///< maximum over all runs
 };
 
 constexpr std::size_t at(Calibrated what) { return static_cast<std::size_t>(what); }
 
-/// The calibrated parameter at each index of kSystematic; none: not fitted.
+/// The calibrated parameter that each entry of kSystematic corresponds to; empty if it is not fitted.
 using Places = std::array<std::optional<std::size_t>, kSystematic>;
 
-/// Parameters that are requested and observable. With a gyro the wheels do not measure the turn, and without
-/// one there is no gyro scale. Only corners determine the height and tilt of a camera, and its focal length.
+/// The parameters that are both requested and observable. With a gyro, the turn is not measured by the
+/// wheels; without one, there is no gyro scale. The height and tilt of a camera and its focal length can only
+/// be determined from corners.
 Places sought(std::span<const Sample> samples, const InnovationFitOptions& fit) {
   const auto any = [&](auto is) { return std::ranges::any_of(samples, is); };
   const bool gyro = any([](const Sample& s) { return std::holds_alternative<ImuSample>(s); });
@@ -226,7 +228,7 @@ SystematicVector prior_of(const Places& places, const CalibratedNumbers& prior) 
   return sigma;
 }
 
-/// Change from the parameters `from` to `to`.
+/// The change that takes the parameters from `from` to `to`.
 SystematicVector difference(const Places& places, const CalibratedNumbers& from,
                             const CalibratedNumbers& to) {
   SystematicVector change = SystematicVector::Zero();
@@ -235,7 +237,8 @@ SystematicVector difference(const Places& places, const CalibratedNumbers& from,
   return change;
 }
 
-/// A rotation of the mounting is about the origin of base in kSystematic, and about the sensor in Calibrated.
+/// In kSystematic, a rotation of the mounting is about the origin of base; in Calibrated, it is about the
+/// sensor.
 CalibratedNumbers moved(const Places& places, const CalibratedNumbers& numbers, SystematicVector change,
                         const MountedSensor& sensor) {
   const Eigen::Vector3d lever = calibrated_sensor(sensor, numbers).base_T_sensor.translation();
@@ -246,8 +249,8 @@ CalibratedNumbers moved(const Places& places, const CalibratedNumbers& numbers, 
   return to;
 }
 
-/// Whether the parameters are within three standard deviations of their start. If not, the search has
-/// diverged.
+/// Whether the parameters are within three standard deviations of their initial values. If not, the search
+/// has diverged.
 bool credible(const CalibratedNumbers& numbers, const CalibratedNumbers& start,
               const CalibratedNumbers& prior) {
   constexpr double kMaxSigmas = 3;
@@ -256,8 +259,8 @@ bool credible(const CalibratedNumbers& numbers, const CalibratedNumbers& start,
   return true;
 }
 
-/// Tries several latencies, so that the result does not depend on the given one: the innovations are least
-/// linear in the latency.
+/// Tries several latencies so that the result does not depend on the given one, because the innovations are
+/// least linear in the latency.
 CalibratedNumbers best_start(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
                              double noise_ratio) {
   if (!places[7]) return given;
@@ -274,7 +277,7 @@ CalibratedNumbers best_start(InnovationRuns& runs, const Places& places, const C
   return best;
 }
 
-/// The smallest of these noise ratios with which the filter initialises and keeps accepting tags.
+/// The smallest of these noise ratios at which the filter initialises and keeps accepting tags.
 double wide_enough(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
                    const SystematicVector& prior, int landmarks) {
   constexpr std::array kRatios{10.0, 30.0, 100.0};
@@ -286,9 +289,9 @@ double wide_enough(InnovationRuns& runs, const Places& places, const CalibratedN
   return kRatios.front();
 }
 
-/// Gauss-Newton steps on the innovations, with noise that shrinks to its actual value. With small noise from
-/// the start, outliers and gates would bias the steps (graduated non-convexity; Blake and Zisserman, "Visual
-/// Reconstruction", chapter 3).
+/// Takes Gauss-Newton steps on the innovations, with noise that shrinks to its actual value. If the noise
+/// were small from the start, outliers and gates would bias the steps (graduated non-convexity; Blake and
+/// Zisserman, "Visual Reconstruction", chapter 3).
 CalibratedNumbers search(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
                          const MountedSensor& sensor, const InnovationFitOptions& fit, int landmarks) {
   const SystematicVector prior = prior_of(places, fit.prior);
@@ -300,7 +303,7 @@ CalibratedNumbers search(InnovationRuns& runs, const Places& places, const Calib
     runs(numbers, most, &errors);
     const auto step = errors.fit(prior, difference(places, given, numbers));
     if (runs.stopped) return numbers;
-    if (!step) continue;  // so uncertain that the filter never initialised
+    if (!step) continue;  // the estimate was so uncertain that the filter never initialised
     const CalibratedNumbers next = moved(places, numbers, step->value, sensor);
     if (credible(next, given, fit.prior)) numbers = next;
   }
@@ -324,14 +327,14 @@ CalibratedNumbers search(InnovationRuns& runs, const Places& places, const Calib
   return numbers;
 }
 
-/// Whether both the fitted and the held-out part improved.
+/// Whether the fit improved on both the fitted and the held-out part.
 bool is_better(const RunCost& after, const RunCost& before) {
   return after.held_out_per_row() < before.held_out_per_row() &&
          after.fitted_per_row() < before.fitted_per_row();
 }
 
-/// Takes one more step with the whole drive, from the result of the fitted part. Keeps it only if the cost of
-/// the whole drive decreases. Returns the final fit.
+/// Takes one more step on the whole drive, starting at the result for the fitted part. The step is kept only
+/// if the cost for the whole drive decreases. Returns the final fit.
 std::optional<SystematicFit> fit_all(InnovationRuns& runs, const Places& places,
                                      const CalibratedNumbers& given, const MountedSensor& sensor,
                                      const InnovationFitOptions& fit, int landmarks,
@@ -349,8 +352,8 @@ std::optional<SystematicFit> fit_all(InnovationRuns& runs, const Places& places,
   return there_errors.fit(prior, difference(places, given, tried));
 }
 
-/// Keeps a given value that the drive does not distinguish from the fitted one, because it came from a better
-/// source. Returns by how much this moves each parameter.
+/// If the drive does not distinguish a given value from the fitted one, the given value is kept, because it
+/// came from a better source. Returns by how much this moves each parameter.
 Eigen::VectorXd move_observable(const Eigen::MatrixXd& P, const std::vector<std::size_t>& what,
                                 const CalibratedNumbers& start, double keep_sigma, InnovationFit& result) {
   Eigen::VectorXd change(static_cast<Eigen::Index>(what.size()));
@@ -365,7 +368,7 @@ Eigen::VectorXd move_observable(const Eigen::MatrixXd& P, const std::vector<std:
   return change - best;
 }
 
-/// Half the interval between two samples of the rotation source [s]. A rate may refer to the time before,
+/// Half the interval between two samples from the rotation source [s]. A rate may refer to the time before,
 /// around or after its stamp, which shifts the apparent latency by this much.
 double half_interval_s(std::span<const Sample> samples, bool gyro) {
   std::vector<double> apart_s;
@@ -379,8 +382,8 @@ double half_interval_s(std::span<const Sample> samples, bool gyro) {
   return apart_s.empty() ? 0 : median(std::move(apart_s)) / 2;
 }
 
-/// Sets values, standard deviations, and which parameters change. If other parameters keep their given
-/// values, the shift that this causes is added to the standard deviation.
+/// Sets the values, their standard deviations, and which parameters change. If other parameters keep their
+/// given values, the resulting shift is added to the standard deviation.
 void set_values_and_sigmas(const Places& places, const SystematicFit& last, const CalibratedNumbers& given,
                            const InnovationFitOptions& fit, const Eigen::Vector3d& lever, double stamps_s,
                            InnovationFit& result) {
@@ -437,7 +440,7 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   const auto lever = [&](const InnovationFit& found) -> Eigen::Vector3d {
     return calibrated_sensor(sensor, found.value).base_T_sensor.translation();
   };
-  InnovationFit judged = result;  // result of the part that is not held out
+  InnovationFit judged = result;  // result for the part that is not held out
   SystematicErrors errors(landmarks.size());
   runs(judged.value, 1, &errors);
   const auto by_part = errors.fit(prior_of(places, fit.prior), difference(places, given, judged.value));
@@ -460,7 +463,7 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
 
 namespace {
 
-/// Base-2 logarithms of the ratios: motion, turn, sensor, tag.
+/// Base-2 logarithms of the ratios for motion, turn, sensor and tag.
 using Exponents = std::array<double, 4>;
 
 RiekfOptions with(const RiekfOptions& options, const Exponents& e) {
@@ -495,7 +498,7 @@ class Likelihood {
         options_(options),
         keep_going_(keep_going) {}
 
-  /// Twice the negative log-likelihood without its constant.
+  /// Twice the negative log-likelihood, without its constant term.
   double operator()(const Exponents& e) {
     constexpr double kWeightOfMeans = 10;
     stopped = stopped || (keep_going_ && !keep_going_());
@@ -531,7 +534,7 @@ class Likelihood {
   const std::function<bool()>& keep_going_;
 };
 
-/// The first 150 s, which suffice to estimate the noise.
+/// The first 150 s, which are sufficient to estimate the noise.
 std::span<const Sample> beginning(std::span<const Sample> samples) {
   constexpr Duration kLong = std::chrono::seconds(150);
   const auto end = std::ranges::upper_bound(samples, stamp_of(samples.front()) + kLong, {},
@@ -554,9 +557,9 @@ NoiseFit adapt_noise(std::span<const Sample> samples, const Landmarks& landmarks
   Likelihood cost(beginning(samples), landmarks, sensor, options, keep_going);
   Exponents best{};
   double least = cost(best);
-  constexpr double kMinExponent = -1;  // of the assumed noise; lasting errors hide a smaller one
+  constexpr double kMinExponent = -1;  // relative to the assumed noise; lasting errors hide anything smaller
   constexpr double kMaxExponent = 7;
-  constexpr double kMinDecrease = 1e-3;  // minimum decrease per row
+  constexpr double kMinDecrease = 1e-3;  // minimum decrease in cost per row
   for (const double step : {2.0, 2.0, 1.0, 0.5}) {
     for (std::size_t i = 0; i < best.size(); ++i) {
       for (const double direction : {step, -step}) {

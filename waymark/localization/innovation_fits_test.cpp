@@ -30,22 +30,22 @@ TEST(KeptNumbers, TheOthersMoveToTheirOptimumGivenIt) {
   Eigen::VectorXd change = best;
   const auto kept = keep_given(P, 2, change);
   EXPECT_EQ(kept, (std::vector<bool>{false, true}));
-  // Minimum of (x - best)' H (x - best) / 2 with x[1] = 0.
+  // The minimum of (x - best)' H (x - best) / 2 subject to x[1] = 0.
   EXPECT_NEAR(change[0], best[0] + H(0, 1) / H(0, 0) * best[1], 1e-12);
   EXPECT_EQ(change[1], 0);
 }
 
 TEST(KeptNumbers, OneOfTwoMovesIfOnlyTheirSumIsObservable) {
-  // Their sum is well determined, their difference is not: one of them has to move.
+  // Their sum is well determined but their difference is not, so one of them has to move.
   const Eigen::Matrix2d H = (Eigen::Matrix2d() << 100.01, 100, 100, 100.01).finished();
   const Eigen::MatrixXd P = H.inverse();
   Eigen::VectorXd change = Eigen::Vector2d(1.0, 2.0);
   EXPECT_EQ(keep_given(P, 2, change), (std::vector<bool>{true, false}))
-      << "each alone has a standard deviation of 7";
+      << "individually, each has a standard deviation of 7";
   EXPECT_NEAR(change[1], 3, 1e-3);
 }
 
-// Wrong parameters of the filter are found from a drive.
+// Tests that wrong parameters of the filter are found from a drive.
 
 InnovationFit calibrated(const MistakenDrive& log, const RiekfOptions& options) {
   const auto fit =

@@ -15,7 +15,7 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// Covariance of a tag given the tag it is tied to: the Schur complement of their joint covariance.
+/// Covariance of a tag given the tag to which it is tied: the Schur complement in their joint covariance.
 Matrix6 own_covariance(const TagMap& map, const MappedTag& tag) {
   const MappedTag* other = tag.tie ? map.find(tag.tie->to) : nullptr;
   if (other == nullptr || !other->covariance) return *tag.covariance;
@@ -41,7 +41,8 @@ Landmarks::Landmarks(const TagMap& map) {
   for (const auto& [id, tag] : map.tags) {
     Landmark landmark{.tag = id, .map_T_tag = floor_T_map * tag.map_T_tag, .size_m = tag.size_m};
     if (tag.covariance) {
-      // The covariance in the map is of a motion of the whole frame; here the tag turns about its centre.
+      // In the map, the covariance is for a motion of the whole frame; here, the tag rotates about its own
+      // centre.
       Matrix6 J = Matrix6::Identity();
       J.topRightCorner<3, 3>() = -SO3::hat(tag.map_T_tag.translation());
       const Matrix6 J_floor = floor_R_map * J;

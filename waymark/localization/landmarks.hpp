@@ -10,44 +10,44 @@
 
 namespace waymark {
 
-/// A landmark of a known map: a tag, or a point with a number.
+/// A landmark in a known map: a tag, or a numbered point.
 struct Landmark {
-  TagId tag{};      ///< only the number is used if the landmark is not a tag
-  SE3 map_T_tag{};  ///< in the level frame on the floor (map_T_floor()); the rotation of a point is unused
-  bool oriented = true;      ///< false: only the position is known
-  bool family_known = true;  ///< false: any family with this number matches
-  double size_m = 0;         ///< 0: unknown
-  /// Covariance of (position in map axes [m], rotation about its own centre in map axes [rad]).
+  TagId tag{};      ///< if the landmark is not a tag, only the number is used
+  SE3 map_T_tag{};  ///< in the level frame on the floor (map_T_floor()); for a point, the rotation is unused
+  bool oriented = true;      ///< if false, only the position is known
+  bool family_known = true;  ///< if false, a tag of any family with this number matches
+  double size_m = 0;         ///< 0 if unknown
+  /// Covariance of (position along map axes [m], rotation about its own centre along map axes [rad]).
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  /// Covariance given the position of the tag to which this one is tied, which excludes the errors that both
-  /// share. Equals `covariance` if the map contains no tie.
+  /// Covariance given the position of the tag to which this one is tied, which excludes errors that are
+  /// common to both. Equals `covariance` if the map does not contain a tie for this tag.
   Eigen::Matrix<double, 6, 6> own_covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
-/// A map point without orientation: number, x, y.
+/// A point in the map without orientation: number, x and y.
 struct LandmarkPoint {
   std::int64_t number = 0;
   Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
 };
 
-/// Landmarks of one map, found by number. Immutable.
+/// The landmarks in one map, which can be looked up by number. Immutable.
 class Landmarks {
  public:
   Landmarks() = default;
-  /// Levels the map: positions are in the frame whose z = 0 is its floor.
+  /// Levels the map: positions are in the frame in which the floor is z = 0.
   explicit Landmarks(const TagMap& map);
-  /// Fails on a duplicate number and on a non-finite position.
+  /// Fails if a number is duplicated or a position is not finite.
   [[nodiscard]] static Result<Landmarks> of_points(const std::vector<LandmarkPoint>& points);
 
-  /// Index of the tag; -1 if it is not in the map or of another family. O(1).
+  /// Index of the tag; -1 if it is not in the map or belongs to another family. O(1).
   [[nodiscard]] int find(const TagId& tag) const;
   [[nodiscard]] int find(std::int64_t number) const;
   [[nodiscard]] const Landmark& operator[](int index) const { return all_[static_cast<std::size_t>(index)]; }
   [[nodiscard]] int size() const { return static_cast<int>(all_.size()); }
   [[nodiscard]] const std::vector<Landmark>& all() const { return all_; }
 
-  /// Pairs of tags that cannot both be where the map places them: nearer to each other than half of their
-  /// sizes [m].
+  /// Pairs of tags that cannot both be where the map places them, because they are closer together than half
+  /// their sizes [m].
   [[nodiscard]] std::vector<std::pair<int, int>> overlapping() const;
 
  private:

@@ -1,4 +1,4 @@
-// Shared and own parts of the position covariances of map tags.
+// Tests the shared and individual parts of the position covariances of map tags.
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
@@ -9,7 +9,7 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-/// Tags 0 and 1 with a shared position error and independent ones.
+/// Tags 0 and 1 with a shared position error and with independent ones.
 TagMap two_tags(double shared_m2, double own_m2, bool tied) {
   TagMap map;
   for (const int number : {0, 1}) {
@@ -27,7 +27,7 @@ TEST(Landmarks, OwnCovarianceExcludesErrorsSharedWithTheTiedTag) {
   EXPECT_LT((tag.own_covariance - (10 - 81.0 / 10) * Matrix6::Identity()).norm(), 1e-9);
   EXPECT_LT((tag.covariance - 10 * Matrix6::Identity()).norm(), 1e-9);
   const Landmark& other = tied[tied.find({FamilyId::Tag36h11, 0})];
-  EXPECT_LT((other.own_covariance - other.covariance).norm(), 1e-12) << "a tag without a tie";
+  EXPECT_LT((other.own_covariance - other.covariance).norm(), 1e-12) << "the tag has no tie";
   const Eigen::SelfAdjointEigenSolver<Matrix6> less(tag.covariance - tag.own_covariance);
   EXPECT_GE(less.eigenvalues().minCoeff(), 0);
 }
@@ -37,7 +37,7 @@ TEST(Landmarks, OwnCovarianceWithoutTiesEqualsTheCovariance) {
   for (const Landmark& tag : loose.all()) EXPECT_LT((tag.own_covariance - tag.covariance).norm(), 1e-12);
 }
 
-// A tie that contradicts the covariances, as in an edited file, does not produce a negative variance.
+// If a tie contradicts the covariances, as in an edited file, it must not produce a negative variance.
 TEST(Landmarks, AnInvalidTieIsIgnored) {
   TagMap map = two_tags(9, 1, true);
   map.tags.at({FamilyId::Tag36h11, 1}).tie->covariance = 20 * Matrix6::Identity();

@@ -22,7 +22,7 @@ using Matrix23d = Eigen::Matrix<double, 2, 3>;
 /// Heading of a landmark in the plane: its z axis (into the wall) projected onto the floor.
 std::optional<double> heading_of(const SE3& a_T_tag) {
   const Eigen::Vector3d z = a_T_tag.rotation() * Eigen::Vector3d::UnitZ();
-  constexpr double kUpright = 0.5;  // a tag that lies flat has no heading
+  constexpr double kUpright = 0.5;  // a tag lying flat has no heading
   if (z.head<2>().norm() < kUpright) return std::nullopt;
   return std::atan2(z.y(), z.x());
 }
@@ -38,7 +38,7 @@ Matrix23d carried(const Eigen::Vector2d& p) { return (Matrix23d() << 1, 0, -p.y(
 
 SE2 sensor_on_floor(const SE3& base_T_sensor) { return project_to_plane(base_T_sensor); }
 
-/// Predicted landmark in the plane for a filter at map_T_base: (x, y, heading) in base and its derivatives.
+/// Predicted landmark in the plane for a filter at map_T_base: (x, y, heading) in base, with derivatives.
 struct Expected {
   Eigen::Vector2d base_p;
   Matrix23d J_p_pose;
@@ -97,7 +97,7 @@ bool linearise_range_bearing(const Observation& observation, const Landmark& lan
   z.residual.head<2>() = W * r;
   z.H_scale[0] =
       -W(0, 0) *
-      range;  // the predicted range, because noise in the measured one would correlate with the residual
+      range;  // the predicted range, because the noise of the measured one would correlate with the residual
   z.H_pose.topRows<2>() = W * J * e.J_p_pose;
   const Matrix23d mount = -W * J * carried(e.base_p);
   z.H_mount.topLeftCorner<2, 2>() = mount.leftCols<2>();
@@ -106,7 +106,7 @@ bool linearise_range_bearing(const Observation& observation, const Landmark& lan
   return true;
 }
 
-/// Measured corners relative to the principal point: a longer focal length scales these.
+/// Measured corners relative to the principal point, which scale with the focal length.
 Eigen::Matrix<double, 8, 1> whitened_from_centre(const CornerFactor& factor, const CameraModel& camera) {
   const Eigen::Vector2d centre =
       std::visit([](const auto& p) { return Eigen::Vector2d(p.cx, p.cy); }, camera.projection());
@@ -181,7 +181,7 @@ std::optional<Observation> observation_of(const TagDetection& detection, const L
       .kind = ObservationKind::Corners, .landmark = index, .camera = camera, .corners = *factor};
   observation.measured_px = factor->corners_px;
   const CameraModel& lens = sensor.view(camera).camera;
-  // Distance from the diagonals, without a pose: sufficient for selection and limits.
+  // Estimates the distance from the diagonals, without a pose, which is sufficient for selection and limits.
   const auto& c = detection.corners_px;
   const double diagonal_px = std::max((c[2] - c[0]).norm(), (c[3] - c[1]).norm());
   const auto left = lens.unproject(c[0]);
@@ -227,7 +227,7 @@ std::optional<Observation> observation_of(const SeenTagPose& seen, const Landmar
   observation.planar.head<2>() = base_T_tag.translation().head<2>();
   const double sigma_m =
       std::hypot(options.point_sigma_m, options.point_sigma_share * observation.distance_m);
-  constexpr double kHeadingSigma = 0.1;  // of a single square; six degrees or more
+  constexpr double kHeadingSigma = 0.1;  // for a single square; six degrees or more
   observation.whitening = whitening_of_planar(sigma_m, kHeadingSigma);
   const auto heading = heading_of(base_T_tag);
   if (landmarks[index].oriented && heading && heading_of(landmarks[index].map_T_tag)) {
@@ -267,10 +267,10 @@ std::optional<Linearised> linearise(const Observation& observation, const Landma
   return z;
 }
 
-// Guesses of the pose from the current observations alone.
+// Guesses of the pose from only the current observations.
 namespace {
 
-/// Covariance of map and mounting, which the corner fit does not contain.
+/// Covariance of the map and the mounting, which the fit to the corners does not include.
 Eigen::Matrix3d floor_of(const Landmark& landmark, double distance_m, const RiekfOptions& options) {
   const auto sq = [](double x) { return x * x; };
   const double rad2 = sq(options.tag_sigma_rad) + sq(options.mounting_sigma_rad) + landmark.covariance(5, 5);
@@ -279,7 +279,8 @@ Eigen::Matrix3d floor_of(const Landmark& landmark, double distance_m, const Riek
   return Eigen::Vector3d(m2, m2, rad2).asDiagonal();
 }
 
-/// Pose of base from one pose of one tag, (17): position of the tag in the plane, its shape, and the floor.
+/// Pose of the base from one pose of one tag, (17): from the tag's position in the plane, its shape, and the
+/// floor.
 Guess on_floor(const Landmark& landmark, const SE3& cam_T_tag, const PoseCovariance& covariance,
                const SE3& base_T_cam, double* chi2) {
   const SE2 map_X_tag(landmark.map_T_tag.translation().x(), landmark.map_T_tag.translation().y(), 0);
@@ -301,7 +302,7 @@ Guesses guesses_of_corners(const Observation& observation, const Landmark& landm
   const CameraView seen_by = sensor.view(observation.camera);
   const Result<TagPose> pose = estimate_tag_pose(detection, landmark.size_m, seen_by.camera);
   if (!pose) return guesses;
-  constexpr double kImpossible = 40;  // chi-square of 2 (corners) + 3 (floor)
+  constexpr double kImpossible = 40;  // chi-square for 2 (corners) + 3 (floor) degrees of freedom
   const auto add = [&](const TagPoseSolution& solution) {
     double chi2 = solution.chi2;
     Guess guess = on_floor(landmark, solution.cam_T_tag, solution.covariance, seen_by.base_T_cam, &chi2);

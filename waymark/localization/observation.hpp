@@ -16,10 +16,10 @@
 
 namespace waymark {
 
-/// The sensor that observes landmarks: the first camera or a laser, and any further cameras.
+/// The sensor that observes landmarks: the first camera or a laser, plus any other cameras.
 struct MountedSensor {
-  std::optional<CameraModel> camera{};  ///< required for corners only
-  SE3 base_T_sensor{};                  ///< optical frame of a camera; x ahead, y left of a laser
+  std::optional<CameraModel> camera{};  ///< only required for corners
+  SE3 base_T_sensor{};  ///< for a camera, the optical frame; for a laser, x points ahead and y to the left
   std::vector<MountedCamera> more_cameras{};
 
   /// Index in more_cameras of the camera with this name; kFirst for any other name.
@@ -34,8 +34,8 @@ struct MountedSensor {
 /// Type of an observation.
 enum class ObservationKind : std::uint8_t {
   Corners,       ///< four corners in an image, (13)
-  PlanarPose,    ///< x, y, heading of the tag in base, (14)
-  PlanarPoint,   ///< x, y in base, (15)
+  PlanarPose,    ///< x, y and heading of the tag in base, (14)
+  PlanarPoint,   ///< x and y in base, (15)
   RangeBearing,  ///< in the plane of the sensor, (16)
 };
 
@@ -46,8 +46,8 @@ struct Observation {
   int camera = MountedSensor::kFirst;  ///< index of the camera in MountedSensor
   double distance_m = 0;
   CornerFactor corners{};
-  TagCorners measured_px{};  ///< as measured; `corners` has them at the time of the middle row
-  Eigen::Vector3d planar = Eigen::Vector3d::Zero();  ///< values as its kind defines; unused ones are 0
+  TagCorners measured_px{};  ///< as measured; `corners` holds them at the time of the middle row
+  Eigen::Vector3d planar = Eigen::Vector3d::Zero();  ///< values as defined by its kind; unused ones are 0
   Eigen::Matrix3d whitening = Eigen::Matrix3d::Identity();
 
   [[nodiscard]] int rows() const;
@@ -67,23 +67,25 @@ struct Observation {
                                                         const MountedSensor& sensor,
                                                         const RiekfOptions& options);
 
-/// Corrects corners of a rolling shutter to the time of the middle row, for a robot at map_T_base with
-/// `velocity` (in base: x, y [m/s], yaw [rad/s]). May be called again with another estimate. No allocation.
+/// Corrects corners captured with a rolling shutter to the time of the middle row, for a robot at map_T_base
+/// moving with `velocity` (in base: x, y [m/s], yaw [rad/s]). May be called again with a different estimate.
+/// Does not allocate.
 void bring_to_middle(Observation& observation, const Landmarks& landmarks, const MountedSensor& sensor,
                      const SE2& map_T_base, const Eigen::Vector3d& velocity, double readout_s);
 
-/// Residual and derivatives at an estimate; empty if the landmark is not visible from there. No allocation.
+/// Residual and derivatives at an estimate; empty if the landmark is not visible from there. Does not
+/// allocate.
 [[nodiscard]] std::optional<Linearised> linearise(const Observation& observation, const Landmarks& landmarks,
                                                   const MountedSensor& sensor, const SE2& map_T_base);
 
-/// Position of the landmark on the floor in base [m], as measured, independent of the estimate.
+/// Position of the landmark on the floor, in base [m], as measured and independent of the estimate.
 [[nodiscard]] std::optional<Eigen::Vector2d> base_p_landmark(const Observation& observation,
                                                              const Landmarks& landmarks,
                                                              const MountedSensor& sensor);
 
-/// A possible pose of base from one observation alone, with the covariance of its left tangent in map. An
-/// observation gives up to two: a planar square has two poses (docs/concepts/pose.md). Landmarks without
-/// orientation give none.
+/// A possible pose of the base from a single observation, with the covariance of its left tangent in map. An
+/// observation results in up to two guesses, because a planar square has two poses (docs/concepts/pose.md).
+/// Landmarks without orientation result in none.
 struct Guess {
   SE2 map_T_base{};
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();

@@ -16,7 +16,7 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using StateByBias = Eigen::Matrix<double, 8, 6>;
 
-constexpr Eigen::Index kCrab = 4;  ///< of the slow states
+constexpr Eigen::Index kCrab = 4;  ///< index among the slow states
 
 SlowVector slow_variances(const MotionNoise& noise) {
   SlowVector sigma;
@@ -25,7 +25,7 @@ SlowVector slow_variances(const MotionNoise& noise) {
   return sigma.cwiseAbs2();
 }
 
-/// The twist corrected by the slow states, (3), and its derivative with respect to them.
+/// The twist as corrected by the slow states, (3), and its derivative with respect to them.
 Eigen::Vector3d corrected_twist(const MotionStep& step, const SlowVector& slow,
                                 Eigen::Matrix<double, 3, 5>* J) {
   const double turn_rate = step.dt_s > 0 ? step.twist.z() / step.dt_s : 0;
@@ -40,7 +40,7 @@ Eigen::Vector3d corrected_twist(const MotionStep& step, const SlowVector& slow,
   return step.twist + *J * slow;
 }
 
-/// Variances of the noise of the twist over a step, (5).
+/// Noise variances of the twist over one step, (5).
 Eigen::Vector3d variances(const MotionStep& step, const MotionNoise& noise) {
   const auto sq = [](double x) { return x * x; };
   const double driven = step.twist.head<2>().norm();
@@ -134,9 +134,9 @@ void Riekf::propagate(const MotionStep& step) {
   if (step.dt_s > 0) state_.velocity = u / step.dt_s;
 }
 
-/// Two errors of motion last longer than a step, (19), (20): the error of a message and the sliding velocity.
-/// The error of a message is one twist for all parts into which observations divide it. Neither is estimated;
-/// their covariances with the state are kept.
+/// Two errors of the motion last longer than one step, (19), (20): the error of a message and the sliding
+/// velocity. The error of a message is a single twist, common to all parts into which observations divide the
+/// message. Neither is estimated, but their covariances with the state are tracked.
 void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, StateMatrix& P) {
   const double share = noise_.independent_parts ? 1 : step.share;
   const bool continues = step.continues && !noise_.independent_parts;
@@ -144,10 +144,10 @@ void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, S
   motion_before_ = state_.motion;
   moved_by_.setZero();
   moved_by_.topLeftCorner<3, 3>() = share * G;
-  // This heading noise does not rotate the translation of odometry, so the translation is skewed by the same
-  // angle in the opposite direction.
+  // This heading noise does not rotate the translation from odometry, so the translation is skewed by the
+  // same angle in the opposite direction.
   moved_by_(3 + kCrab, 2) = -share * noise_.crab_share;
-  const Eigen::Vector3d Q = variances(step, noise_) / share;  // of the whole message
+  const Eigen::Vector3d Q = variances(step, noise_) / share;  // for the whole message
   const double time_s = noise_.slide_time_s;
   const double lasts = std::exp(-step.dt_s / time_s);
   const double slide2 = noise_.slide_m_s * noise_.slide_m_s;
@@ -163,13 +163,13 @@ void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, S
   if (share < 1) state_.motion.leftCols<3>() += by_message;
   state_.motion.col(3) *= lasts;
   if (!slides) return;
-  // Displacement by a velocity with correlation time time_s: an integrated Gauss-Markov process.
+  // Displacement due to a velocity with correlation time time_s: an integrated Gauss-Markov process.
   const double way2 = 2 * slide2 * time_s * (step.dt_s - time_s * (1 - lasts));
   P.topLeftCorner<3, 3>() += way2 * G.col(1) * G.col(1).transpose();
   state_.motion.col(3) += slide2 * moved_by_.col(3);
 }
 
-/// Propagates C, (6). The slow states only fade, so only the pose needs a product.
+/// Propagates C, (6). The slow states merely fade, so a matrix product is needed only for the pose.
 void Riekf::carry_correlations(const SlowVector& slow_fade, double landmarks_fade) {
   const Eigen::Matrix<double, 3, 8> to_pose = transition_.topRows<3>();
   const auto carry = [&](auto C, double fades) {
@@ -210,7 +210,7 @@ SE2 Riekf::corrected(const StateVector& correction) const {
 StateMatrix Riekf::conditional_covariance() const {
   StateMatrix P = state_.P;
   const auto without = [&P](const StateByBias& C, const Matrix6& Pi) {
-    // A state without variance has no correlation; the added diagonal keeps the inverse finite.
+    // A state without variance has no correlations; the added diagonal keeps the inverse finite.
     const Matrix6 regular = Pi + 1e-12 * Matrix6::Identity();
     P -= C * regular.ldlt().solve(C.transpose());
   };
@@ -224,7 +224,7 @@ StateMatrix Riekf::conditional_covariance() const {
 // Effect of an observation on the estimate, (8) to (11).
 namespace {
 
-/// Replaces S = L L' by the inverse of L; false if S is not positive definite.
+/// Replaces S = L L' with the inverse of L. Returns false if S is not positive definite.
 bool invert_root(Eigen::Matrix<double, 8, 8>& S) {
   Eigen::Matrix<double, 8, 8> inverse = Eigen::Matrix<double, 8, 8>::Zero();
   for (Eigen::Index j = 0; j < 8; ++j) {
@@ -272,13 +272,13 @@ double mahalanobis2(const Block& S, const Eigen::Matrix<double, 8, 1>& r, double
 
 // The upper right 4 x 4 block of a triangular factor is zero and is skipped.
 
-/// The lower triangle of S minus that of A A'.
+/// Subtracts A A' from the lower triangle of S.
 void subtract_square(const Block& A, Block& S) {
   S.topLeftCorner<4, 4>() -= A.topRows<4>().lazyProduct(A.topRows<4>().transpose());
   S.bottomRows<4>() -= A.bottomRows<4>().lazyProduct(A.transpose());
 }
 
-/// L A with L lower triangular.
+/// L A, where L is lower triangular.
 Block lower_times(const Block& L, const Block& A) {
   Block LA;
   LA.topRows<4>() = L.topLeftCorner<4, 4>().lazyProduct(A.topRows<4>());
@@ -286,7 +286,7 @@ Block lower_times(const Block& L, const Block& A) {
   return LA;
 }
 
-/// L' A with L lower triangular.
+/// L' A, where L is lower triangular.
 Block upper_times(const Block& L, const Block& A) {
   Block LA;
   LA.topRows<4>() = L.leftCols<4>().transpose().lazyProduct(A);
@@ -294,7 +294,7 @@ Block upper_times(const Block& L, const Block& A) {
   return LA;
 }
 
-/// A L' with L lower triangular.
+/// A L', where L is lower triangular.
 Block times_upper(const Block& A, const Block& L) {
   Block AL;
   AL.leftCols<4>() = A.leftCols<4>().lazyProduct(L.topLeftCorner<4, 4>().transpose());
@@ -309,8 +309,8 @@ Eigen::Matrix<double, 8, 3> Riekf::H_of(const Linearised& z) const {
   return z.H_pose * to_error();
 }
 
-/// Derivative of the residual with respect to the latency, because an earlier observation is from an earlier
-/// pose.
+/// Derivative of the residual with respect to the latency, because an observation made earlier is from an
+/// earlier pose.
 Eigen::Matrix<double, 8, 1> Riekf::H_camera_latency(const Linearised& z) const {
   return -z.H_pose.lazyProduct(state_.map_T_base.adjoint() * state_.velocity);
 }
@@ -336,8 +336,8 @@ void Riekf::start_moved_by_systematic(const Batch& batch, int count) {
   state_.by_systematic.topRows<3>() = information.ldlt().solve(shown);
 }
 
-// From 8 x 8 on, Eigen uses its kernel for large matrices, which is slower for products of this size;
-// lazyProduct() multiplies directly.
+// For 8 x 8 matrices and larger, Eigen uses its kernel for large matrices, which is slower for products of
+// this size; lazyProduct() multiplies directly.
 Riekf::Reach Riekf::reach(const Linearised& z) const {
   const Eigen::Matrix<double, 8, 3> H = H_of(z);
   const Eigen::Matrix<double, 3, 8> Ht = H.transpose();
@@ -387,8 +387,8 @@ double Riekf::nis(const Linearised& z, int place) {
   return nis;
 }
 
-/// Cholesky factorisation by 8 x 8 blocks, in place of the lower triangle, with the inverse of L on the
-/// diagonal; false if S is not positive definite.
+/// Cholesky factorisation by 8 x 8 blocks, in place in the lower triangle, with the inverse of L on the
+/// diagonal. Returns false if S is not positive definite.
 bool Riekf::factorize(int count) {
   for (int j = 0; j < count; ++j) {
     for (int i = j; i < count; ++i) {
@@ -430,7 +430,7 @@ StateVector Riekf::gain(const Batch& batch, int count, const Eigen::Vector3d& of
 
 void Riekf::correct(const Batch& batch, int count, const StateVector& correction) {
   if (!sound_) return;
-  // With the optimal gain, (11) is P - K S K'. W is S^-1/2 times the transpose of the cross-covariance.
+  // With the optimal gain, (11) becomes P - K S K'. W is S^-1/2 times the transpose of the cross-covariance.
   for (int i = 0; i < count; ++i) {
     const Block& W = W_[static_cast<std::size_t>(i)];
     state_.P -= W.transpose().lazyProduct(W);

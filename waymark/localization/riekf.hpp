@@ -9,8 +9,8 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/geometry/se2.hpp"
 
-/// The filter: propagation and update. RiekfLocalizer and Tracker call them. Numbers in brackets are the
-/// equations of docs/concepts/localization.md.
+/// The propagation and update of the filter, called by RiekfLocalizer and Tracker. Numbers in brackets refer
+/// to the equations in docs/concepts/localization.md.
 namespace waymark {
 
 /// Noise of the measured motion. All values are densities: they are multiplied by the distance, rotation or
@@ -34,8 +34,8 @@ struct MotionNoise {
   double slow_time_s = 300;
   double slip_share = 1;
   /// Not a setting of the robot. If an observation divides an odometry message, the errors of the parts are
-  /// independent, so that the covariance does not depend on where the message is divided. A search for the
-  /// latency compares runs that differ only in this.
+  /// treated as independent, so that the covariance does not depend on where the message is divided. This is
+  /// for a search for the latency, which compares runs that differ only in this respect.
   bool independent_parts = false;
 
   template <class Self, class Visitor>
@@ -96,12 +96,13 @@ struct MotionNoise {
   }
 };
 
-/// Options of the filters. The right-invariant filter and the plain EKF differ only in their error
+/// Options for the filters. The right-invariant filter and the plain EKF differ only in their error
 /// coordinates.
 struct RiekfOptions {
   MotionNoise motion{};
-  /// For corners without a covariance (as TagPoseOptions::corner_sigma_px). Determines their weight against
-  /// the predicted pose. corner_noise_ratio scales it and the covariances of detections.
+  /// Used for corners without a covariance (like TagPoseOptions::corner_sigma_px). It determines their weight
+  /// relative to the predicted pose. corner_noise_ratio scales both this value and the covariances of
+  /// detections.
   double corner_sigma_px = 0.3;
   double corner_noise_ratio = 1;
   double tag_sigma_m = 0.002;
@@ -216,9 +217,9 @@ using StateVector = Eigen::Matrix<double, 8, 1>;
 using StateMatrix = Eigen::Matrix<double, 8, 8>;
 using StateByMotion = Eigen::Matrix<double, 8, 4>;
 
-/// Number of parameters that a filter assumes to be exact. First the mounting of the sensor (left tangent in
-/// base: x, y, z, roll, pitch, yaw). Then the logarithm of its scale (focal length, or scale of distances),
-/// its latency [s], and the odometry scales of distance and yaw.
+/// Number of parameters that a filter assumes to be exact. First comes the mounting of the sensor (left
+/// tangent in base: x, y, z, roll, pitch, yaw). It is followed by the logarithm of the sensor's scale (focal
+/// length, or scale of distances), its latency [s], and the odometry scales for distance and yaw.
 inline constexpr int kSystematic = 10;
 using SystematicVector = Eigen::Matrix<double, kSystematic, 1>;
 using SystematicMatrix = Eigen::Matrix<double, kSystematic, kSystematic>;
@@ -227,117 +228,124 @@ using StateBySystematic = Eigen::Matrix<double, 8, kSystematic>;
 /// Error coordinates: (1) X = Exp(xi) Xhat, or (12) differences of x, y and yaw.
 enum class ErrorState : std::uint8_t { RightInvariant, Coordinates };
 
-/// A measured motion in base axes: constant twist over dt.
+/// A measured motion along base axes, with a constant twist over dt.
 struct MotionStep {
   Eigen::Vector3d twist = Eigen::Vector3d::Zero();  ///< log of the motion: x, y [m], yaw [rad]
   double dt_s = 0;
-  double yaw_disagreement_rad = 0;  ///< difference of the turns by gyro and by wheels
-  bool standing = false;            ///< standstill; twist.z() is then the gyro reading
-  bool jumped = false;              ///< to an unknown pose; the twist is invalid
+  double yaw_disagreement_rad = 0;  ///< difference between the turns measured by gyro and wheels
+  bool standing = false;            ///< at standstill, when twist.z() is the gyro reading
+  bool jumped = false;              ///< moved to an unknown pose; the twist is invalid
   double extra_m2 = 0;  ///< additional variance of x and y, and of the heading, if the motion is extrapolated
   double extra_rad2 = 0;
-  double share = 1;        ///< of one message, if an observation divides it
-  bool continues = false;  ///< not the first part of its message
+  double share = 1;        ///< share of its message, if an observation divides it
+  bool continues = false;  ///< whether this is not the first part of its message
 };
 
-/// The residual (predicted minus measured) of one observation, whitened and linearised at the estimate, and
-/// its derivatives. Rows beyond `rows` are unused.
+/// The residual (predicted minus measured) of one observation and its derivatives, whitened and linearised at
+/// the estimate. Rows beyond `rows` are unused.
 struct Linearised {
   int landmark = 0;
   int rows = 0;
   Eigen::Matrix<double, 8, 1> residual = Eigen::Matrix<double, 8, 1>::Zero();
-  Eigen::Matrix<double, 8, 3> H_pose = Eigen::Matrix<double, 8, 3>::Zero();  ///< for xi of (1)
+  Eigen::Matrix<double, 8, 3> H_pose = Eigen::Matrix<double, 8, 3>::Zero();  ///< with respect to xi in (1)
   Eigen::Matrix<double, 8, 6> H_mount =
-      Eigen::Matrix<double, 8, 6>::Zero();  ///< for the mounting of the sensor, left tangent in base
+      Eigen::Matrix<double, 8,
+                    6>::Zero();  ///< with respect to the mounting of the sensor (left tangent in base)
   Eigen::Matrix<double, 8, 6> H_tag =
-      Eigen::Matrix<double, 8, 6>::Zero();  ///< for (position in map axes, rotation about its own centre)
+      Eigen::Matrix<double, 8,
+                    6>::Zero();  ///< with respect to (position along map axes, rotation about its own centre)
   Eigen::Matrix<double, 8, 1> H_scale =
-      Eigen::Matrix<double, 8, 1>::Zero();  ///< for the logarithm of the sensor's scale
+      Eigen::Matrix<double, 8, 1>::Zero();  ///< with respect to the logarithm of the sensor's scale
 };
 
-/// State of the filter with its covariances.
+/// The state of the filter with its covariances.
 struct RiekfState {
   SE2 map_T_base{};
   SlowVector slow =
       SlowVector::Zero();  ///< distance scale - 1, yaw scale - 1, yaw bias [rad/s], slip [s], crab [rad]
-  StateMatrix P = StateMatrix::Zero();  ///< of (xi, slow)
-  /// 8 x 6(1 + landmarks): covariance of the state with the considered errors of the mounting and of each
+  StateMatrix P = StateMatrix::Zero();  ///< covariance of (xi, slow)
+  /// 8 x 6(1 + landmarks): covariance between the state and the considered errors of the mounting and of each
   /// landmark.
   Eigen::Matrix<double, 8, Eigen::Dynamic> C{};
-  /// Covariance of the state with the error of the current motion message (its twist) and with the sliding
+  /// Covariance between the state and the error of the current motion message (its twist) and the sliding
   /// velocity.
   StateByMotion motion = StateByMotion::Zero();
-  /// d(error) / d(errors of the parameters of kSystematic): by how much each of them moves the estimate.
+  /// d(error) / d(errors of the parameters in kSystematic): how much each of them moves the estimate.
   StateBySystematic by_systematic = StateBySystematic::Zero();
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< in base, of the last step [m/s, rad/s]
-  /// 1 for landmarks that have been observed; the part of C of all others is zero.
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< in base, during the last step [m/s, rad/s]
+  /// 1 for landmarks that have been observed; for all others, their part of C is zero.
   std::vector<std::uint8_t> met{};
 };
 
-/// Right-invariant EKF on SE(2) with slow states of the motion. Errors of the mounting and of each landmark
+/// Right-invariant EKF on SE(2), with slow states for the motion. Errors of the mounting and of each landmark
 /// are considered but not estimated (Schmidt, "Application of State-Space Methods to Navigation Problems",
-/// 1966). After Barrau and Bonnabel, "The Invariant Extended Kalman Filter as a Stable Observer", IEEE TAC
-/// 62(4), 2017. No allocation after construction.
+/// 1966). Follows Barrau and Bonnabel, "The Invariant Extended Kalman Filter as a Stable Observer", IEEE TAC
+/// 62(4), 2017. Does not allocate after construction.
 class Riekf {
  public:
-  static constexpr int kMaxBatch = 8;  ///< observations in one update
+  static constexpr int kMaxBatch = 8;  ///< maximum number of observations in one update
   using Batch = std::array<Linearised, kMaxBatch>;
 
   Riekf(const RiekfOptions& options, ErrorState error,
         const std::vector<Eigen::Matrix<double, 6, 6>>& landmarks);
 
-  /// Starts at a pose with the covariance of xi (left tangent in map). Keeps the slow states if `keep_slow`.
+  /// Starts at a pose with the given covariance of xi (left tangent in map). Keeps the slow states if
+  /// `keep_slow` is set.
   void start(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool keep_slow);
-  /// Accounts for a start pose that was computed from these observations. It already contains the effect of
-  /// errors of the parameters of kSystematic, so the residuals show little of them.
+  /// Accounts for a start pose that was computed from these observations. Such a pose already contains the
+  /// effect of errors of the parameters in kSystematic, so the residuals show little of them.
   void start_moved_by_systematic(const Batch& batch, int count);
-  /// Propagates the state by a motion, (4) to (6), (19), (20). O(landmarks).
+  /// Propagates the state through a motion, (4) to (6), (19), (20). O(landmarks).
   void propagate(const MotionStep& step);
-  /// Squared Mahalanobis distance of an observation from its prediction: chi-square with `rows` degrees of
-  /// freedom for a consistent filter, (9). `place` is its index in the batch if it is used.
+  /// Squared Mahalanobis distance between an observation and its prediction, (9). For a consistent filter, it
+  /// follows a chi-square distribution with `rows` degrees of freedom. `place` is the index of the
+  /// observation in the batch if it is used.
   [[nodiscard]] double nis(const Linearised& z, int place = 0);
-  /// Computes the correction, (8) to (11), for the first `count` of a batch, all linearised at the state
-  /// `offset` away from the present one (iterated update; zero: the present one). Does not apply it.
-  /// `expected`: nis() has been computed for each at its place since the state changed and is not repeated.
+  /// Computes the correction, (8) to (11), for the first `count` observations of a batch, all linearised at
+  /// the state `offset` away from the current one. A non-zero offset is for an iterated update. Does not
+  /// apply the correction. `expected` means that nis() has been called for each of them at its place since
+  /// the state last changed, and need not be repeated.
   [[nodiscard]] StateVector gain(const Batch& batch, int count, const Eigen::Vector3d& offset,
                                  bool expected = false);
-  /// Applies the correction of the last gain() and its covariance, (10), (11).
+  /// Applies the correction computed by the last gain() together with its covariance, (10), (11).
   void correct(const Batch& batch, int count, const StateVector& correction);
-  /// The state after this correction.
+  /// The state as it is after this correction.
   [[nodiscard]] SE2 corrected(const StateVector& correction) const;
 
   [[nodiscard]] const RiekfState& state() const { return state_; }
   void set_state(const RiekfState& state) { state_ = state; }
-  /// Zero-velocity update: at standstill a measured yaw rate is the bias of the yaw rate, (7).
+  /// Zero-velocity update: at standstill, a measured yaw rate equals its bias, (7).
   void observe_zero_velocity(double yaw_rate_rad_s, double sigma_rad_s);
-  /// Covariance of xi in the left tangent, independent of the error coordinates.
+  /// Covariance of xi in the left tangent, regardless of the error coordinates.
   [[nodiscard]] Eigen::Matrix3d covariance() const;
-  /// Logarithm of the determinant of S of the last nis().
+  /// Logarithm of the determinant of S in the last nis().
   [[nodiscard]] double log_det() const { return log_det_; }
-  /// S of the last nis() of a place.
+  /// S in the last nis() for this place.
   [[nodiscard]] const Eigen::Matrix<double, 8, 8>& innovation_covariance(int place) const {
     return S_[index_of(place, place)];
   }
-  /// Effect of errors of the parameters of kSystematic on the residual of an observation, including their
+  /// Effect of errors of the parameters in kSystematic on the residual of an observation, including their
   /// effect on the estimate so far.
   [[nodiscard]] StateBySystematic sensitivity(const Linearised& z) const;
-  /// Covariance of xi, in the left tangent, that errors of those parameters with this covariance add.
+  /// Covariance of xi, in the left tangent, that is added if those parameters have errors with this
+  /// covariance.
   [[nodiscard]] Eigen::Matrix3d covariance_of(const SystematicMatrix& errors) const;
-  /// Conditional covariance of the state given the considered (mounting, landmark) errors.
+  /// Conditional covariance of the state given the considered errors (of mounting and landmarks).
   [[nodiscard]] StateMatrix conditional_covariance() const;
-  /// d(error after) / d(error before) of the last propagate().
+  /// d(error after) / d(error before) for the last propagate().
   [[nodiscard]] const StateMatrix& last_transition() const { return transition_; }
-  /// Additional cross-covariance of the states after and before the step, due to errors of motion that last
-  /// longer than a step.
+  /// Additional cross-covariance between the states after and before the step, due to errors of the motion
+  /// that last longer than a step.
   [[nodiscard]] StateMatrix last_motion_cross_covariance() const {
     return moved_by_.lazyProduct(motion_before_.transpose());
   }
 
  private:
   using Block = Eigen::Matrix<double, 8, 8>;
-  /// An observation's part of the covariance of the innovation: block (a, b) is left(a) times right(b), (9).
+  /// The contribution of an observation to the covariance of the innovation: block (a, b) is left(a) times
+  /// right(b), (9).
   struct Reach {
-    Block cross;                         ///< covariance of state and residual: P H' + C N'
+    Block cross;                         ///< covariance between state and residual: P H' + C N'
     Eigen::Matrix<double, 8, 12> left;   ///< H, M, T C_t'
     Eigen::Matrix<double, 12, 8> right;  ///< pose rows of cross; errors of M; H'
   };
@@ -369,11 +377,11 @@ class Riekf {
   RiekfState state_;
   std::array<Reach, kMaxBatch> reach_;
   std::array<Block, std::size_t{kMaxBatch} * kMaxBatch>
-      S_;                           ///< lower triangle by blocks; replaced by its factor L
+      S_;                           ///< lower triangle by blocks, which is replaced with its factor L
   std::array<Block, kMaxBatch> W_;  ///< L^-1 (P H' + C N')'
   std::array<Eigen::Matrix<double, 8, 1>, kMaxBatch> y_;  ///< L^-1 r
   double log_det_ = 0;
-  bool sound_ = false;  ///< S could be factorized
+  bool sound_ = false;  ///< whether S could be factorised
   StateMatrix transition_ = StateMatrix::Identity();
   StateByMotion moved_by_ = StateByMotion::Zero();  ///< d(error after) / d(errors of motion)
   StateByMotion motion_before_ = StateByMotion::Zero();

@@ -13,10 +13,10 @@ namespace {
 
 constexpr Duration kWindow = std::chrono::seconds(1);
 constexpr Duration kBetweenSnapshots = std::chrono::milliseconds(100);
-/// Square of the ratio (2) of actual to assumed means of innovations above which problems() reports
-/// overconfidence.
+/// If the square of the ratio (2) between actual and assumed means of innovations exceeds this, problems()
+/// reports overconfidence.
 constexpr double kLastingTooLarge = 4;
-/// Maximum time that a frame waits for odometry.
+/// Maximum time for which a frame waits for odometry.
 constexpr Duration kMaxWait = std::chrono::milliseconds(250);
 
 }  // namespace
@@ -34,7 +34,8 @@ void RiekfLocalizer::start_from(const SE2& map_T_base, double sigma_m, double si
   tracker_.start_from(map_T_base, sigma_m, sigma_rad);
 }
 
-/// Late samples from before the restart belong to the former estimate: snapshots before it are discarded.
+/// Late samples from before the restart belong to the previous estimate, so snapshots before it are
+/// discarded.
 bool RiekfLocalizer::restart_from(const GivenPose& given) {
   tracker_.restart_from(given);
   snapshot_first_ = 0;
@@ -53,7 +54,7 @@ void RiekfLocalizer::snapshot() {
   tracker_.save(snapshot_at(snapshot_count_++));
 }
 
-/// Rewinds to a time before `before`; false if it is older than all snapshots.
+/// Rewinds to a time before `before`. Returns false if that is older than all snapshots.
 bool RiekfLocalizer::rewind(SensorTime before) {
   while (snapshot_count_ > 0 && snapshot_at(snapshot_count_ - 1).stamp >= before) --snapshot_count_;
   if (snapshot_count_ == 0) return false;
@@ -62,7 +63,7 @@ bool RiekfLocalizer::rewind(SensorTime before) {
   return true;
 }
 
-/// Slot for a frame of this stamp; nullptr if it is too late.
+/// A slot for a frame with this stamp; nullptr if the frame is too late.
 FrameObservations* RiekfLocalizer::place(SensorTime stamp) {
   const TrackState& now = tracker_.state();
   if (!now.started) {
@@ -72,7 +73,7 @@ FrameObservations* RiekfLocalizer::place(SensorTime stamp) {
   if (stamp < now.stamp) {
     const bool reachable = snapshot_count_ > 0 && snapshot_at(0).stamp < stamp;
     if (!reachable) {
-      if (now.stamp - stamp > kWindow) ++too_late_;  // otherwise it is from before initialisation
+      if (now.stamp - stamp > kWindow) ++too_late_;  // otherwise, it is from before the initialisation
       return nullptr;
     }
     rewind(stamp);
@@ -90,7 +91,7 @@ void RiekfLocalizer::advance_to(SensorTime stamp) {
   }
 }
 
-/// Processes frames in order, up to the end of the available motion.
+/// Processes frames in order, until no more motion is available.
 void RiekfLocalizer::run() {
   const SensorTime covered = std::max(timeline_.covered(), tracker_.state().stamp);
   for (std::size_t i = 0; i < timeline_.frames(); ++i) {
@@ -116,8 +117,8 @@ void RiekfLocalizer::cover(SensorTime stamp) {
   timeline_.add(input_.guess(covered, stamp));
 }
 
-/// One Gauss-Newton step whenever the innovations show a significant error; they are then collected again
-/// from zero.
+/// Takes one Gauss-Newton step whenever the innovations show a significant error; evidence is then collected
+/// again from zero.
 void RiekfLocalizer::correct_camera_latency() {
   constexpr Eigen::Index kCameraLatencyIndex = 7;
   constexpr Duration kMaxCorrection = std::chrono::milliseconds(300);
@@ -214,7 +215,7 @@ void RiekfLocalizer::add(const Odometry& odometry) {
   const SensorTime covered = std::max(timeline_.covered(), tracker_.state().stamp);
   if (!tracker_.state().started) {
     tracker_.start_at(segment->from);
-  } else if (segment->from < covered && covered < segment->to) {  // part of it was extrapolated
+  } else if (segment->from < covered && covered < segment->to) {  // part of this segment was extrapolated
     segment->step = segment->part(covered, segment->to);
     segment->step.share = 1;  // the extrapolated part has an independent error
     segment->step.continues = false;

@@ -9,9 +9,9 @@
 namespace waymark {
 
 /// The right-invariant filter, fed sample by sample: motion from wheels and gyro; tags as corners, poses or
-/// points; ranges and bearings. Samples may be up to one second late. They are inserted at their stamp, and
-/// later samples are processed again, so the result is the same as in order. Equations:
-/// docs/concepts/localization.md. All memory is allocated at construction.
+/// points; ranges and bearings. Samples may be up to one second late. They are inserted at their stamps, and
+/// later samples are processed again, so the result is the same as if all had arrived in order. For the
+/// equations, see docs/concepts/localization.md. All memory is allocated at construction.
 class RiekfLocalizer final : public LocalizationMethod {
  public:
   RiekfLocalizer(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options = {},
@@ -65,13 +65,14 @@ class RiekfLocalizer final : public LocalizationMethod {
   bool estimates_camera_latency_ = false;
   bool moved_ = false;  ///< odometry has been added
   FrameObservations* open_ = nullptr;
-  FrameObservations newest_{};  ///< observations of the newest image
+  FrameObservations newest_{};  ///< observations from the newest image
   int too_late_ = 0;
   int rewinds_ = 0;
   int frames_ = 0;
   int observations_ = 0;
   int mapped_ = 0;
-  std::optional<FamilyId> other_family_{};  ///< of an observed tag whose number is in the map
+  std::optional<FamilyId>
+      other_family_{};  ///< the family of an observed tag whose number is in the map under another family
   int over_limit_ = 0;
 };
 

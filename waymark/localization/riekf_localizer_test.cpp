@@ -1,4 +1,5 @@
-// The filter fed sample by sample in a ring of tags: late samples, wrong tags, uncertainty, invalid input.
+// Tests the filter, fed sample by sample in a ring of tags: late samples, wrong tags, uncertainty and invalid
+// input.
 #include "waymark/localization/riekf_localizer.hpp"
 
 #include <algorithm>
@@ -28,7 +29,7 @@ using testing::RingRobot;
 using testing::RingWorld;
 using testing::run;
 
-/// The findings of the filter, one per line.
+/// The filter's findings, one per line.
 std::string findings(const RiekfLocalizer& filter) {
   std::string lines;
   for (const std::string& problem : filter.problems()) lines += problem + "\n";
@@ -46,7 +47,7 @@ TEST(RiekfLocalizer, InitialisesAndTracks) {
   EXPECT_TRUE(filter.problems().empty());
 }
 
-/// Detections of a camera with another lens and mounting.
+/// Detections from a camera with a different lens and mounting.
 TagFrame frame_of(const MountedCamera& camera, const SE2& map_X_base, double seconds, Random& random) {
   TagFrame frame{.stamp = at(seconds), .camera = camera.name};
   const SE3 cam_T_map = (lift(map_X_base) * camera.base_T_cam).inverse();
@@ -86,7 +87,7 @@ TEST(RiekfLocalizer, ARearCameraSufficesWithItsOwnMounting) {
   EXPECT_FALSE(certain_without && off_without < 0.1) << "nothing fits with the mounting of the front camera";
 }
 
-/// Like observe(), with each corner at the time of its row while the robot drives.
+/// Like observe(), with each corner captured at the time of its row while the robot drives.
 TagFrame observe_rolling(const SE2& map_X_base, double seconds, double readout_s, Random& random) {
   TagFrame frame = observe({}, map_X_base, seconds, random);
   const CameraModel& camera = *mounted_sensor().camera;
@@ -109,7 +110,7 @@ TagFrame observe_rolling(const SE2& map_X_base, double seconds, double readout_s
 }
 
 TEST(RiekfLocalizer, AKnownReadoutTimeCorrectsTheRollingShutter) {
-  constexpr double kReadout_s = 0.1;  // tags are above the middle row and exposed up to 20 ms early
+  constexpr double kReadout_s = 0.1;  // the tags are above the middle row and are exposed up to 20 ms earlier
   const auto mean_nis = [&](double readout_s, double& off) {
     RiekfOptions options;
     options.camera_readout_s = readout_s;
@@ -142,7 +143,7 @@ TEST(RiekfLocalizer, AKnownReadoutTimeCorrectsTheRollingShutter) {
   const double unknown = mean_nis(0, off_unknown);
   EXPECT_LT(known, 1.2);
   EXPECT_GT(unknown, 2 * known);
-  EXPECT_LT(off_known, 0.7 * off_unknown) << off_known << " m against " << off_unknown << " m";
+  EXPECT_LT(off_known, 0.7 * off_unknown) << off_known << " m compared with " << off_unknown << " m";
 }
 
 TEST(RiekfLocalizer, OneTagAloneIsReportedAsUncertain) {
@@ -160,7 +161,7 @@ TEST(RiekfLocalizer, OneTagAloneIsReportedAsUncertain) {
   EXPECT_FALSE(filter.estimate()->certain);
 }
 
-/// Frames up to one second late give the same estimate as frames in order.
+/// Frames that arrive up to one second late result in the same estimate as frames in order.
 TEST(RiekfLocalizer, LateFramesGiveTheSameEstimate) {
   const auto estimate_with = [](int late_steps) {
     RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
@@ -169,7 +170,7 @@ TEST(RiekfLocalizer, LateFramesGiveTheSameEstimate) {
     std::vector<std::pair<int, TagFrame>> waiting;
     for (int i = 0; i < 400; ++i) {
       const Odometry odometry = robot.drive(0.02, random);
-      // Between two odometry messages, and some out of order.
+      // Some frames lie between two odometry messages, and some are out of order.
       if (i % 4 == 0)
         waiting.emplace_back(i + (i % 8 == 0 ? late_steps : late_steps / 3),
                              observe({}, robot.truth, robot.seconds - 0.007, random));
@@ -211,8 +212,8 @@ TEST(RiekfLocalizer, SigmaGrowsInTheDarkAndShrinksWithTheFirstTags) {
 struct WrongTag {
   const char* name;
   void (*change)(TagMap& tags);
-  std::vector<std::string> parts;  ///< ids and values in the finding
-  bool map_is_wrong = false;       ///< the map is changed instead of the tags on the walls
+  std::vector<std::string> parts;  ///< ids and values that the finding must contain
+  bool map_is_wrong = false;       ///< the map is changed rather than the tags on the walls
 };
 
 class WrongTags : public ::testing::TestWithParam<WrongTag> {};
@@ -246,7 +247,7 @@ INSTANTIATE_TEST_SUITE_P(
                                  T = SE3(T.rotation(), T.translation() + Eigen::Vector3d(-0.3, 0.4, 0));
                                },
                                {"tag36h11:3", " 0.5"}},
-                      // The map position of the tag is not visible from anywhere on the path.
+                      // The tag's position in the map is not visible from anywhere on the path.
                       WrongTag{"misplaced_by_kilometres",
                                [](TagMap& map) {
                                  SE3& T = map.tags.at({.number = 3}).map_T_tag;
@@ -303,14 +304,15 @@ TEST(RiekfLocalizer, ReportsAMapOfAnotherPlaceOrFamily) {
   EXPECT_FALSE(other_family.estimate());
   testing::expect_on_page("localize", findings(other_family));
 
-  TagMap shuffled;  // every tag is at another position
+  TagMap shuffled;  // every tag is in a different position
   for (const auto& [id, tag] : ring().tags) shuffled.tags[{.number = (7 * id.number + 3) % 16}] = tag;
   RiekfLocalizer nonsense(Landmarks(shuffled), mounted_sensor());
   run(nonsense, robot, {}, 4, random);
   EXPECT_FALSE(certain(nonsense));
 }
 
-/// The encoders report standstill for three seconds while the robot drives; the tags reveal the motion.
+/// For three seconds, the encoders report standstill although the robot is driving; the tags reveal the
+/// motion.
 TEST(RiekfLocalizer, DetectsEncodersThatStopWhileTheRobotDrives) {
   RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
   RingRobot robot;
@@ -336,10 +338,10 @@ TEST(RiekfLocalizer, DetectsEncodersThatStopWhileTheRobotDrives) {
     ++looks;
   }
   EXPECT_LT(worst_m, 0.05);
-  EXPECT_LT(squares / looks, 3) << "NEES of two, over two";
+  EXPECT_LT(squares / looks, 3) << "NEES with two degrees of freedom, divided by two";
 }
 
-/// Images stamped 80 ms too late: the latency is estimated during the drive and used from then on.
+/// Images are stamped 80 ms too late: the latency is estimated during the drive and used from then on.
 TEST(RiekfLocalizer, EstimatesTheCameraLatencyDuringTheDrive) {
   for (const bool estimates : {false, true}) {
     RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());

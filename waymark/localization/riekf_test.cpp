@@ -1,4 +1,4 @@
-// Tests of the filter: derivatives, invariance, order, agreement with a textbook filter.
+// Tests the filter: derivatives, invariance, order, and agreement with a textbook filter.
 #include "waymark/localization/riekf.hpp"
 
 #include <cmath>
@@ -29,7 +29,7 @@ MountedSensor mounted_sensor() {
   return {CameraModel::make(lens, 640, 480).value(), optical(0.1, -0.02)};
 }
 
-/// Tags in front of a robot near the origin with heading along x.
+/// Tags in front of a robot near the origin that is heading along x.
 TagMap three_tags() {
   TagMap map;
   for (int i = 0; i < 3; ++i) {
@@ -49,7 +49,7 @@ TagDetection seen_from(const SE2& map_T_base, int number) {
   return detection;
 }
 
-/// Observations of every kind from a pose.
+/// Observations of every kind, made from a pose.
 std::vector<Observation> observations(const SE2& map_T_base, const Landmarks& map) {
   const RiekfOptions options;
   std::vector<Observation> all;
@@ -105,9 +105,10 @@ TEST(Observation, DerivativesMatchNumericOnes) {
         SE3::Tangent::Zero().eval(), 1e-4);
     Eigen::Matrix<double, 8, 6> planar = tag;
     if (s.kind != ObservationKind::Corners)
-      planar.middleCols<3>(2).setZero();  // components that are not observable on a floor
+      planar.middleCols<3>(2).setZero();  // components that cannot be observed on a floor
     EXPECT_LT((planar - z.H_tag).norm(), 1e-5 * (1 + z.H_tag.norm())) << static_cast<int>(s.kind);
-    if (s.kind == ObservationKind::PlanarPose) continue;  // here the mounting acts on the measurement
+    if (s.kind == ObservationKind::PlanarPose)
+      continue;  // for this kind, the mounting acts on the measurement
     const auto mount = testing::numeric_jacobian<8, 6>(
         [&](const SE3::Tangent& e) {
           MountedSensor moved = mounted_sensor();
@@ -127,7 +128,7 @@ Riekf::Batch batch_of(const std::vector<Observation>& all, const Landmarks& map,
   return batch;
 }
 
-/// A rigid motion of the whole scene in the plane does not change the gains.
+/// Moving the whole scene rigidly in the plane does not change the gains.
 TEST(Riekf, GainsDoNotDependOnTheOriginOfTheMap) {
   const SE2 moved(30, -20, 2);
   const SE2 X(0.1, -0.2, 0.15);
@@ -172,7 +173,7 @@ TEST(Riekf, TheOrderOfTagsInAFrameDoesNotMatter) {
   EXPECT_LT((forwards.P - backwards.P).norm(), 1e-12);
 }
 
-/// Considered errors: a thousand observations of one tag are not a thousand independent tags.
+/// Considered errors: a thousand observations of the same tag are not worth a thousand independent tags.
 TEST(Riekf, ALastingErrorIsNotAveragedAway) {
   const Landmarks map(three_tags());
   const SE2 X(0.1, -0.2, 0.15);
@@ -215,7 +216,7 @@ TEST(Riekf, BothFiltersAgreeForSmallErrors) {
             0.02 * filters[0].covariance().norm());
 }
 
-// Tests of the propagation: time, divided messages, lasting errors.
+// Tests the propagation: time, divided messages and lasting errors.
 
 MotionNoise noiseless() {
   return {.along_m_sqrt_m = 0,
@@ -251,7 +252,8 @@ MotionStep part_of(const MotionStep& step, double begin, double end) {
                     SensorTime(Duration(std::llround(1000 * end))));
 }
 
-/// The error of a message is one twist, regardless of the number of parts into which observations divide it.
+/// The error of a message is a single twist, regardless of how many parts observations divide the message
+/// into.
 TEST(Riekf, DividingAMessageDoesNotChangeItsError) {
   RiekfOptions options = exact_map();
   options.motion.slide_m_s = 0.02;
@@ -271,7 +273,7 @@ TEST(Riekf, DividingAMessageDoesNotChangeItsError) {
   }
   EXPECT_LT(minus(whole.state().map_T_base, divided.state().map_T_base).norm(), 1e-6);
   EXPECT_LT((whole.state().P - divided.state().P).norm(), 1e-4 * whole.state().P.norm());
-  // Within a message the error grows with the part, not with its square root.
+  // Within a message, the error grows in proportion to the part, not to its square root.
   Riekf middle(options, ErrorState::RightInvariant, zero(0));
   Riekf end(options, ErrorState::RightInvariant, zero(0));
   const MotionStep still{.twist = Eigen::Vector3d::Zero(), .dt_s = 0.05};
@@ -281,8 +283,8 @@ TEST(Riekf, DividingAMessageDoesNotChangeItsError) {
   EXPECT_NEAR(middle.state().P(2, 2) - 10, (end.state().P(2, 2) - 10) / 4, 1e-12);
 }
 
-/// Sliding is a Gauss-Markov velocity: over long times its variance is 2 sigma^2 tau t, for steps of any
-/// length.
+/// Sliding is a Gauss-Markov velocity: over long times, the variance of its displacement is 2 sigma^2 tau t,
+/// for steps of any length.
 TEST(Riekf, SlidingHasTheVarianceOfAGaussMarkovProcess) {
   RiekfOptions options = exact_map();
   options.motion = noiseless();

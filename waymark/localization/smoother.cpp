@@ -17,10 +17,10 @@ struct Smoothed {
   StateMatrix P = StateMatrix::Zero();
 };
 
-/// From step k + 1 to step k, conditional on the considered errors, because later evidence about those errors
-/// must not move the earlier pose.
+/// Goes from step k + 1 to step k, conditional on the considered errors, because later evidence about those
+/// errors must not move the earlier pose.
 Smoothed backwards(const TraceStep& k, const TraceStep& next, const Smoothed& after) {
-  // Keeps the inverse finite for a state without variance (a slow state that is switched off).
+  // Keeps the inverse finite if a state has no variance (a slow state that is switched off).
   const StateMatrix P = next.predicted_P + StateMatrix::Identity() * 1e-15;
   const StateMatrix common = next.transition * k.filtered_P + next.motion_cross_covariance;
   const StateMatrix G = P.ldlt().solve(common).transpose();
@@ -39,7 +39,7 @@ LocalizationEstimate estimate_of(const TraceStep& step, const Smoothed& smoothed
   return {step.stamp, map_X_base.mean, coordinate_covariance(map_X_base), step.certain};
 }
 
-/// Smoothed step k, given `after`, the smoothed step k + 1.
+/// The smoothed step k, given `after`, the smoothed step k + 1.
 Smoothed smoothed_at(std::span<const TraceStep> trace, std::size_t k, const Smoothed& after) {
   const TraceStep& step = trace[k];
   const bool last = k + 1 == trace.size() || trace[k + 1].chain != step.chain;

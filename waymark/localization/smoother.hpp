@@ -8,20 +8,20 @@
 
 namespace waymark {
 
-/// Smooths a run: Rauch, Tung and Striebel ("Maximum Likelihood Estimates of Linear Dynamic Systems", AIAA
-/// Journal 3(8), 1965) on the invariant error, (18). Returns one estimate per step, in order. Chains
-/// (separated by a new start or a jump) are smoothed separately. Considered errors (of tags, of the mounting)
-/// are treated as in the filter. O(steps).
+/// Smooths a run with the method of Rauch, Tung and Striebel ("Maximum Likelihood Estimates of Linear Dynamic
+/// Systems", AIAA Journal 3(8), 1965), applied to the invariant error, (18). Returns one estimate per step,
+/// in order. Chains (separated by a new start or a jump) are smoothed separately. Considered errors (of tags
+/// and of the mounting) are treated as in the filter. O(steps).
 [[nodiscard]] std::vector<LocalizationEstimate> smooth(std::span<const TraceStep> trace);
 
-/// Smoothed estimate of the first step that is at most `lag` older than the newest. Empty while the run is
-/// shorter than `lag`. O(steps in the lag), no allocation.
+/// Smoothed estimate for the first step that is older than the newest by at most `lag`. Empty as long as the
+/// run is shorter than `lag`. O(steps in the lag); does not allocate.
 [[nodiscard]] std::optional<LocalizationEstimate> smoothed_before(std::span<const TraceStep> trace,
                                                                   Duration lag);
 
 /// Fixed-lag smoother, fed like the filter: estimates the pose one lag ago from all samples up to the newest,
-/// (18). There is no estimate before the first lag has passed. The estimate at a time equals the result of
-/// smooth() for a run that ends one lag later. All memory is allocated at construction.
+/// (18). There is no estimate until the first lag has passed. The estimate for a given time equals the result
+/// of smooth() for a run that ends one lag later. All memory is allocated at construction.
 class FixedLagSmoother final : public LocalizationMethod {
  public:
   /// The lag is RiekfOptions::lag_s.
@@ -32,7 +32,7 @@ class FixedLagSmoother final : public LocalizationMethod {
   void add(const ImuSample& imu) override { filter_.add(imu); }
   void add(const TagPoseFrame& frame) override { filter_.add(frame); }
   void add(const RangeBearing& seen) override { filter_.add(seen); }
-  /// The stamp is one lag older than the newest motion.
+  /// Its stamp is one lag before the latest motion.
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override;
   [[nodiscard]] const std::vector<NisRecord>& comparisons() const override { return filter_.comparisons(); }
   void clear_comparisons() override { filter_.clear_comparisons(); }

@@ -19,7 +19,7 @@ using test::laser_time;
 using test::LaserRobot;
 using test::off_m;
 
-/// Landmarks with lasting position errors: smoothing does not increase the error.
+/// With lasting position errors of landmarks, smoothing must not increase the error.
 TEST(Smoother, LastingLandmarkErrorsDoNotMakeTheSmootherWorse) {
   double filtered2 = 0;
   double smoothed2 = 0;
@@ -50,8 +50,8 @@ TEST(Smoother, LastingLandmarkErrorsDoNotMakeTheSmootherWorse) {
   EXPECT_LT(smoothed2, filtered2);
 }
 
-/// The fixed-lag estimate of a time equals the smoothed one of a run that ends one lag later and, with a long
-/// lag, that of the whole run.
+/// The fixed-lag estimate for a given time equals the smoothed estimate from a run that ends one lag later.
+/// With a long lag, it equals that from the whole run.
 TEST(Smoother, FixedLagEqualsSmoothingOfARunThatEndsOneLagLater) {
   RiekfOptions options;
   options.tag_sigma_m = 0.01;

@@ -11,9 +11,10 @@
 namespace waymark {
 namespace {
 
-/// Degrees of freedom of Student's t for the residuals of a tag; fewer degrees give heavier tails.
+/// Degrees of freedom of Student's t distribution for the residuals of a tag; fewer degrees of freedom result
+/// in heavier tails.
 constexpr double kStudentFreedom = 4;
-/// Standard deviation of roll and pitch on the springs while the robot brakes, is held, or drives over an
+/// Standard deviation of roll and pitch due to the springs while the robot brakes, is held, or drives over an
 /// obstacle.
 constexpr double kTilt_rad = 0.02;
 
@@ -23,9 +24,9 @@ struct Normal {
   int tags = 0;
 };
 
-/// Adds one tag at a pose, weighted by its residual. The covariance contains the lasting position error that
-/// the tag does not share with its neighbours, because fixes are compared with each other over short times.
-/// It also contains the tilt of the robot, which rotates the camera about the base.
+/// Adds one tag at a pose, weighted according to its residual. The covariance includes the lasting position
+/// error that the tag does not share with its neighbours, because fixes are compared with each other over
+/// short times. It also includes the tilt of the robot, which rotates the camera about the base.
 void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& options, Normal& sum) {
   const double m2 = options.tag_sigma_m * options.tag_sigma_m;
   const double rad2 = options.tag_sigma_rad * options.tag_sigma_rad;
@@ -46,7 +47,7 @@ void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& opti
   ++sum.tags;
 }
 
-/// Whether a tag is used. If all tags of an image are suspected, all are used.
+/// Whether a tag is used. If all tags in an image are under suspicion, all of them are used.
 bool counts(const Observation& observation, std::span<const Observation> seen, const TagWatch& watch) {
   if (watch.usable(observation.landmark)) return true;
   return std::ranges::none_of(seen, [&](const Observation& other) { return watch.usable(other.landmark); });
@@ -69,7 +70,7 @@ std::optional<TagFix> fix_of(std::span<const Observation> seen, const Landmarks&
                              const TagWatch& watch, const MountedSensor& sensor, const RiekfOptions& options,
                              const SE2& near, double most_sigma_m) {
   constexpr int kIterations = 20;
-  constexpr double kConverged = 0.02;  // share of the standard deviation; the weights converge slowly
+  constexpr double kConverged = 0.02;  // as a share of the standard deviation; the weights converge slowly
   SE2 at = near;
   for (int i = 0; i < kIterations; ++i) {
     const Normal sum = normal_at(at, seen, landmarks, watch, sensor, options);

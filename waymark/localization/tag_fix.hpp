@@ -9,13 +9,14 @@
 
 namespace waymark {
 
-/// The pose on the floor that fits the tags of one image best, searched from `near`: robust Gauss-Newton with
-/// Student weights (Lange, Little and Taylor, "Robust Statistical Modeling Using the t Distribution", JASA
-/// 84(408), 1989). The covariance contains the lasting errors of the mapped tags relative to their neighbours
-/// and a robot tilt of one degree. It does not contain errors that nearby tags share, because fixes are
-/// compared with each other. Returns nothing if the search does not converge or the standard deviation of the
-/// position exceeds `most_sigma_m`. Suspected tags are used if an image shows no others, because a tag that
-/// was moved once but is now fixed still shows the motion of the robot. No allocation.
+/// Finds the pose on the floor that best fits the tags in one image, starting at `near`, by robust
+/// Gauss-Newton iteration with Student weights (Lange, Little and Taylor, "Robust Statistical Modeling Using
+/// the t Distribution", JASA 84(408), 1989). The covariance includes the lasting errors of the mapped tags
+/// relative to their neighbours and a robot tilt of one degree. It does not include errors that nearby tags
+/// have in common, because fixes are compared with each other. Returns `nullopt` if the search does not
+/// converge or the standard deviation of the position exceeds `most_sigma_m`. Tags under suspicion are used
+/// if the image contains no others, because a tag that was once moved but is now fixed still shows the
+/// robot's motion. Does not allocate.
 [[nodiscard]] std::optional<TagFix> fix_of(std::span<const Observation> seen, const Landmarks& landmarks,
                                            const TagWatch& watch, const MountedSensor& sensor,
                                            const RiekfOptions& options, const SE2& near,

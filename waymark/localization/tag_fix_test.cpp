@@ -10,7 +10,7 @@
 namespace waymark {
 namespace {
 
-/// Four tags on a wall ahead, observed from a pose on the floor.
+/// Four tags on a wall in front of the robot, observed from a pose on the floor.
 struct TagWall {
   PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
   MountedSensor sensor{CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
@@ -29,8 +29,8 @@ struct TagWall {
     watch = TagWatch(landmarks);
   }
 
-  /// Observations of the tags [0, count); corners with this standard deviation, the first tag moved by
-  /// `moved_m` along y.
+  /// Observations of the tags [0, count) with corners that have this standard deviation; the first tag is
+  /// moved by `moved_m` along y.
   [[nodiscard]] std::vector<Observation> seen(int count, Random& random, double sigma_px,
                                               double moved_m = 0) const {
     std::vector<Observation> all;
@@ -101,8 +101,8 @@ TEST(TagFix, CovarianceCoversCornersTiltAndTagPositions) {
   EXPECT_GT(wall.fix(wall.seen(2, random, 0.3), wall.truth)->covariance.trace(), corners_alone + 1e-5);
 }
 
-// Wheels that push against an obstacle pitch the robot on its springs; its position on the floor is still
-// correct.
+// Wheels that push against an obstacle make the robot pitch on its springs, but its position on the floor is
+// still correct.
 TEST(TagFix, ToleratesATiltOfTheRobot) {
   for (const Eigen::Vector3d& tilt_rad : {Eigen::Vector3d(0, 0.02, 0), Eigen::Vector3d(-0.02, -0.02, 0)}) {
     TagWall wall;
@@ -121,7 +121,7 @@ TEST(TagFix, NoFixWithoutTags) {
   EXPECT_FALSE(wall.fix({}, wall.truth));
 }
 
-// A tag that was moved once but is fixed now still shows the motion of the robot if no other is in view.
+// A tag that was once moved but is now fixed still shows the motion of the robot if no other tag is in view.
 TEST(TagFix, UsesASuspectedTagOnlyIfItIsAlone) {
   TagWall wall;
   for (int i = 0; i < 20; ++i) {
@@ -131,7 +131,8 @@ TEST(TagFix, UsesASuspectedTagOnlyIfItIsAlone) {
   ASSERT_FALSE(wall.watch.usable(0));
   Random random(4);
   const auto before = wall.fix(wall.seen(1, random, 0, 0.1), wall.truth);
-  EXPECT_EQ(wall.fix(wall.seen(4, random, 0, 0.1), wall.truth)->tags, 3) << "unsuspected tags are preferred";
+  EXPECT_EQ(wall.fix(wall.seen(4, random, 0, 0.1), wall.truth)->tags, 3)
+      << "tags not under suspicion are preferred";
   const SE2 moved(0.2, 0.02, 0.05);
   wall.truth = wall.truth * moved;
   const auto after = wall.fix(wall.seen(1, random, 0, 0.1), wall.truth);

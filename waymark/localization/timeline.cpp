@@ -10,8 +10,8 @@
 namespace waymark {
 namespace {
 
-constexpr double kMaxGyroGap_s = 0.25;      // [s] without a reading, after which the wheels are used
-constexpr double kStandstillAfter_s = 0.3;  // [s]
+constexpr double kMaxGyroGap_s = 0.25;  // time without a reading after which the wheels are used
+constexpr double kStandstillAfter_s = 0.3;
 
 }  // namespace
 
@@ -21,7 +21,7 @@ MotionStep MotionSegment::part(SensorTime begin, SensorTime end) const {
   MotionStep piece = step;
   piece.twist *= share;
   piece.dt_s *= share;
-  piece.yaw_disagreement_rad *= std::sqrt(share);  // the square is a variance
+  piece.yaw_disagreement_rad *= std::sqrt(share);  // because its square is a variance
   piece.extra_m2 *= share;
   piece.extra_rad2 *= share;
   piece.share = share;
@@ -78,26 +78,26 @@ std::optional<double> MotionInput::gyro_angle(SensorTime stamp) const {
   return std::nullopt;
 }
 
-/// Difference of the turns from gyro and wheels over the last moments. Their stamps differ slightly, so
-/// single steps always disagree; turns from wheels are routinely wrong by a seventh.
+/// Difference between the turns from gyro and wheels over the last few moments. Their stamps differ slightly,
+/// so individual steps always disagree; turns from wheels are routinely wrong by a seventh.
 double MotionInput::disagreement(double wheel_turn_rad, const MotionStep& step) {
-  constexpr double kMoment = 0.3;  // [s]
+  constexpr double kMoment = 0.3;
   const double kept = std::exp(-step.dt_s / kMoment);
   gyro_rate_ = kept * gyro_rate_ + (1 - kept) * step.twist.z() / step.dt_s;
   wheel_rate_ = kept * wheel_rate_ + (1 - kept) * wheel_turn_rad / step.dt_s;
   const double apart =
       std::abs(gyro_rate_ - wheel_rate_) - 0.15 * std::abs(wheel_rate_) - 3 * bias_sigma_rad_s_;
-  constexpr double kNoise = 0.03;  // [rad/s]
+  constexpr double kNoise = 0.03;  // in rad/s
   return std::max(0.0, apart - kNoise) * std::sqrt(kMoment * step.dt_s);
 }
 
-/// Whether the robot is at standstill. Odometry then reports no motion at all, or exactly the same slow
-/// motion repeatedly, which is a velocity offset. A reading that repeats to the last digit does not measure
-/// motion.
+/// Whether the robot is at standstill. Odometry then reports either no motion at all, or exactly the same
+/// slow motion repeatedly, which is a velocity offset. A reading that is repeated to the last digit does not
+/// measure motion.
 bool MotionInput::is_standstill(const MotionStep& step, double wheel_turn_rad) const {
   constexpr double kStill = 1e-7;
-  constexpr double kCreeping = 0.03;  // [m/s]
-  constexpr double kTurning = 0.02;   // [rad/s]
+  constexpr double kCreeping = 0.03;  // in m/s
+  constexpr double kTurning = 0.02;   // in rad/s
   const double slowest = std::max(3 * bias_sigma_rad_s_, 1e-6) * step.dt_s;
   const bool no_translation = step.twist.head<2>().norm() < kStill && std::abs(wheel_turn_rad) < slowest &&
                               std::abs(step.twist.z()) < slowest;
@@ -127,10 +127,10 @@ MotionStep MotionInput::step_of(const Odometry& a, const Odometry& b) {
   return step;
 }
 
-/// Whether odometry jumped because of a counter reset or another drive. The limits exceed the speed of any
-/// robot that repeats routes.
+/// Whether odometry jumped because a counter was reset or another drive began. The limits exceed the speed of
+/// any robot that repeats routes.
 bool MotionInput::impossible(const MotionStep& step) {
-  constexpr double kGap = 5;  // [s] of silence, after which the motion is unknown
+  constexpr double kGap = 5;  // [s] time without odometry after which the motion is unknown
   return faster_than_any_robot(step.twist.head<2>().norm(), step.twist.z(), step.dt_s) || step.dt_s > kGap;
 }
 
@@ -158,8 +158,8 @@ std::optional<MotionSegment> MotionInput::add(const Odometry& odometry) {
 }
 
 MotionSegment MotionInput::guess(SensorTime from, SensorTime to) const {
-  constexpr double kSpeed = 0.3;  // [m/s] by which the speed may have changed meanwhile
-  constexpr double kTurn = 0.5;   // [rad/s]
+  constexpr double kSpeed = 0.3;  // [m/s] possible change in speed during this time
+  constexpr double kTurn = 0.5;   // in rad/s
   const double dt_s = to_seconds(to - from);
   MotionStep step{
       .dt_s = dt_s, .extra_m2 = kSpeed * kSpeed * dt_s * dt_s, .extra_rad2 = kTurn * kTurn * dt_s * dt_s};

@@ -21,21 +21,21 @@ struct MotionSegment {
   [[nodiscard]] MotionStep part(SensorTime begin, SensorTime end) const;
 };
 
-/// Converts wheel odometry and gyro readings to motion steps. The translation is from odometry; the rotation
-/// is from the gyro if there is one (RiekfOptions::rotation).
+/// Converts wheel odometry and gyro readings to motion steps. The translation comes from odometry; the
+/// rotation comes from the gyro if there is one (RiekfOptions::rotation).
 class MotionInput {
  public:
   explicit MotionInput(const RiekfOptions& options);
 
   void add(const ImuSample& imu);
-  /// The motion since the previous odometry. Empty for the first sample, and for a sample that is not finite
-  /// or does not advance in time.
+  /// The motion since the previous odometry sample. Empty for the first sample, and for a sample that is not
+  /// finite or does not advance in time.
   [[nodiscard]] std::optional<MotionSegment> add(const Odometry& odometry);
-  /// Extrapolated motion until `to` if no odometry arrives: the last twist with increased variance.
+  /// Motion extrapolated until `to` if no odometry arrives: the last twist with increased variance.
   [[nodiscard]] MotionSegment guess(SensorTime from, SensorTime to) const;
 
   [[nodiscard]] int not_forwards() const { return not_forwards_; }
-  /// Number of steps faster than any robot.
+  /// Number of steps that were faster than any robot.
   [[nodiscard]] int jumps() const { return jumps_; }
   [[nodiscard]] int not_finite() const { return not_finite_; }
 
@@ -71,30 +71,31 @@ class MotionInput {
   MotionStep last_step_{};
 };
 
-/// All observations of one time.
+/// All observations made at one time.
 struct FrameObservations {
   static constexpr std::size_t kMaxObservations = 16;
   SensorTime stamp{};
-  std::uint64_t number = 0;  ///< order of arrival among equal stamps
-  bool sealed = true;        ///< complete: no more observations will be added
+  std::uint64_t number = 0;  ///< order of arrival among frames with equal stamps
+  bool sealed = true;        ///< if set, no more observations will be added
   bool reported = false;
   std::array<Observation, kMaxObservations> seen{};
   std::size_t count = 0;
 };
 
-/// Motion and observations of the last second in stamp order, so that a filter can go back in time. All
+/// Motion and observations over the last second in stamp order, which allow a filter to go back in time. All
 /// memory is allocated at construction.
 class Timeline {
  public:
   Timeline(std::size_t segments, std::size_t frames);
 
   void add(const MotionSegment& segment);
-  /// A slot for a frame, inserted by its stamp. Overwrites the oldest if all slots are taken.
+  /// A slot for a frame, inserted according to its stamp. Overwrites the oldest frame if all slots are in
+  /// use.
   FrameObservations& add_frame(SensorTime stamp);
 
   [[nodiscard]] SensorTime covered() const { return covered_; }
   [[nodiscard]] bool empty() const { return segment_count_ == 0; }
-  /// The oldest time that can be rewound to.
+  /// The earliest time to which a filter can rewind.
   [[nodiscard]] SensorTime begin() const;
   /// Discards motion and frames that ended before `stamp`.
   void forget_before(SensorTime stamp);
@@ -112,7 +113,7 @@ class Timeline {
   std::size_t first_segment_ = 0;
   std::size_t segment_count_ = 0;
   std::vector<FrameObservations> frames_;
-  std::vector<std::uint32_t> order_;  ///< used frame slots in time order, then the free ones
+  std::vector<std::uint32_t> order_;  ///< frame slots in use, in time order, followed by the free ones
   std::size_t order_count_ = 0;
   std::uint64_t numbers_ = 0;
   SensorTime covered_{};

@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// Slipping wheels measure turns less accurately than distances; a gyro is not affected.
+/// When wheels slip, they measure turns less accurately than distances; a gyro is not affected.
 TEST(MotionInput, TurnsByWheelsHaveAdditionalNoise) {
   RiekfOptions options;
   options.motion.wheel_yaw_rad_sqrt_m = 0.1;

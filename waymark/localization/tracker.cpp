@@ -13,8 +13,8 @@
 namespace waymark {
 namespace {
 
-/// The p-quantile of the standard normal distribution, p in (0, 1), by bisection of erfc. Meant for options,
-/// not for inner loops.
+/// The p-quantile of the standard normal distribution for p in (0, 1), by bisection of erfc. Meant for
+/// options, not for inner loops.
 double normal_quantile(double p) {
   double low = -10;
   double high = 10;
@@ -25,15 +25,15 @@ double normal_quantile(double p) {
   return (low + high) / 2;
 }
 
-/// The p-quantile of chi-square with n degrees of freedom, within 2 % for n >= 2 and p <= 0.99999 (Wilson and
-/// Hilferty, "The Distribution of Chi-Square", PNAS 17, 1931).
+/// The p-quantile of chi-square with n degrees of freedom, accurate to within 2 % for n >= 2 and p <= 0.99999
+/// (Wilson and Hilferty, "The Distribution of Chi-Square", PNAS 17, 1931).
 double chi_square_quantile(double p, double n) {
   const double a = 2 / (9 * n);
   const double root = 1 - a + normal_quantile(p) * std::sqrt(a);
   return n * root * root * root;
 }
 
-/// Squared Mahalanobis distance of two estimates in the left tangent.
+/// Squared Mahalanobis distance between two estimates in the left tangent.
 double apart(const SE2& a, const SE2& b, const Eigen::Matrix3d& covariance) {
   const SE2::Tangent r = minus(a, b);
   return r.dot(covariance.inverse() * r);
@@ -67,7 +67,7 @@ void PoseHypotheses::propagate(const Eigen::Vector3d& twist, const Eigen::Vector
 
 bool PoseHypotheses::support(Candidate& c, const Observation& observation, const Guesses& guesses,
                              const Landmarks& landmarks, const MountedSensor& sensor) const {
-  if (guesses.count == 0) {  // a point
+  if (guesses.count == 0) {  // the landmark is a point
     const auto z = linearise(observation, landmarks, sensor, c.map_T_base);
     if (!z) return false;
     Eigen::Matrix2d S = (z->H_pose * c.covariance * z->H_pose.transpose()).topLeftCorner<2, 2>();
@@ -88,7 +88,7 @@ bool PoseHypotheses::support(Candidate& c, const Observation& observation, const
       c.covariance = internal::symmetrized<3>((Eigen::Matrix3d::Identity() - K) * c.covariance);
     } else if (position_variance(guess.map_T_base, guess.covariance) <
                position_variance(c.map_T_base, c.covariance)) {
-      // A repeated observation of the same tag has the same lasting error, so the two are not averaged. The
+      // Repeated observations of the same tag have the same lasting error, so the two are not averaged. The
       // more accurate one replaces the other.
       c.map_T_base = guess.map_T_base;
       c.covariance = guess.covariance;
@@ -251,7 +251,7 @@ void Tracker::advance(const MotionStep& measured, SensorTime to) {
   MotionStep step = measured;
   state_.stamp = to;
   if (state_.wheels_stuck || state_.halt.suspected())
-    step.jumped = false;  // the encoders move again, and their step is a gap
+    step.jumped = false;  // the encoders have resumed, so their step contains a gap
   if (!trust_standstill_) step = state_.halt.advance(step);
   state_.no_translation = step.twist.head<2>().norm() < kNoWay_m && !step.jumped;
   state_.wheels_stuck = state_.wheels_stuck && state_.no_translation;
@@ -262,14 +262,15 @@ void Tracker::advance(const MotionStep& measured, SensorTime to) {
     step.extra_m2 += kWalk_m2_s * step.dt_s;
     step.extra_rad2 += kWalk_rad2_s * step.dt_s;
   }
-  if (step.jumped) {  // accepted observations belong to another place or drive
+  if (step.jumped) {  // the accepted observations belong to another place or drive
     state_.mode = TrackMode::Lost;
     state_.contradicted = false;
     state_.contradicting_frames = 0;
     state_.pose_hypotheses.clear();
     return;
   }
-  // Drift of a candidate: 5 % of the distance, 0.05 rad/m, and 5 % of a turn; deliberately coarse.
+  // The drift of a candidate is 5 % of the distance, 0.05 rad/m, and 5 % of a turn, which is deliberately
+  // coarse.
   const double drift = 2.5e-3 * step.twist.norm() * std::max(step.twist.norm(), 0.02) + 1e-6 * step.dt_s;
   state_.pose_hypotheses.propagate(step.twist,
                                    {drift + step.extra_m2, drift + step.extra_m2, drift + step.extra_rad2});
@@ -286,7 +287,7 @@ void Tracker::keep_trace(Duration lag) {
   constexpr double kStepsPerSecond = 400;
   tracing_ = true;
   trace_kept_ = lag + kLate;
-  // Twice the capacity: the oldest steps are erased in one block.
+  // Twice the capacity, because the oldest steps are erased in one block.
   trace_.reserve(static_cast<std::size_t>(2 * kStepsPerSecond * to_seconds(*trace_kept_)));
 }
 
@@ -369,7 +370,7 @@ Tracker::Verdict Tracker::gate(FrameObservations& frame) {
     const Observation& observation = frame.seen[i];
     const auto z = linearise(observation, landmarks_, sensor_, filter_.state().map_T_base);
     const bool usable = watch_.usable(observation.landmark);
-    if (!z) {  // not visible from the estimated pose, so its map position is far off
+    if (!z) {  // it is not visible from the estimated pose, so its map position is far off
       report_contradiction(frame, observation);
       if (usable) ++verdict.rejected_count;
       continue;
@@ -389,7 +390,7 @@ Tracker::Verdict Tracker::gate(FrameObservations& frame) {
   return verdict;
 }
 
-/// Iterates if the correction is large enough that the measurement function is not linear over it (Bell and
+/// Iterates if the correction is so large that the measurement function is not linear over it (Bell and
 /// Cathey, "The Iterated Kalman Filter Update as a Gauss-Newton Method", IEEE TAC 38(2), 1993).
 void Tracker::update(const Verdict& verdict) {
   constexpr int kIterations = 4;
@@ -413,7 +414,8 @@ void Tracker::update(const Verdict& verdict) {
       }
       if (count == 0) return;
       const Eigen::Vector3d offset = minus(at, prior);
-      // gate() has evaluated nis() for each at its place in the batch; rejected observations come after them.
+      // gate() has evaluated nis() for each observation at its place in the batch; rejected observations come
+      // after them.
       const bool expected = as_gated && verdict.accepted_count < Riekf::kMaxBatch;
       correction = filter_.gain(batch, count, offset, expected);
       const SE2 next = filter_.corrected(correction);
@@ -427,7 +429,8 @@ void Tracker::update(const Verdict& verdict) {
   }
 }
 
-/// Whether all unsuspected tags of a frame fit the estimate or, if `most_contradict`, whether most do not.
+/// Whether all tags in a frame that are not under suspicion fit the estimate or, if `most_contradict` is set,
+/// whether most of them do not.
 bool Tracker::all_fit(const FrameObservations& frame, bool most_contradict) {
   int fits = 0;
   int usable = 0;
@@ -442,8 +445,8 @@ bool Tracker::all_fit(const FrameObservations& frame, bool most_contradict) {
   return usable >= kMinUsable && (most_contradict ? 2 * fits < usable : fits == usable);
 }
 
-/// Detects encoders that report standstill while the robot drives. Most tags then contradict the standstill,
-/// and all agree that the robot moved a few centimetres since the previous frame.
+/// Detects encoders that report standstill while the robot is driving. Most tags then contradict the
+/// standstill, and all of them agree that the robot has moved a few centimetres since the previous frame.
 void Tracker::detect_stuck_wheels(const FrameObservations& frame, double since_s) {
   constexpr double kFastest_m_s = 0.5;
   constexpr double kFastest_rad_s = 0.5;
@@ -518,7 +521,7 @@ std::optional<LocalizationEstimate> Tracker::estimate() const {
   return estimate;
 }
 
-// Transitions between lost, uncertain and certain.
+// Transitions between the states lost, uncertain and certain.
 
 void Tracker::restart_from(const GivenPose& given) {
   restarts_ += state_.starts > 0 ? 1 : 0;
@@ -586,7 +589,7 @@ void Tracker::count_contradiction(const FrameObservations& frame) {
   search(frame);
 }
 
-/// The estimate is certain after several frames agreed and at least two distinct tags took part.
+/// The estimate is certain once several frames have agreed, with at least two distinct tags among them.
 void Tracker::count_agreement(const Verdict& verdict) {
   state_.contradicting_frames = 0;
   if (state_.mode == TrackMode::Certain) {

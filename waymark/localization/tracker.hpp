@@ -13,23 +13,24 @@
 
 namespace waymark {
 
-/// A pose hypothesis proposed by observations, with its evidence.
+/// A pose hypothesis proposed by observations, with the evidence for it.
 struct Candidate {
   SE2 map_T_base{};
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< left tangent in map
-  std::array<int, 4> landmarks{};                        ///< distinct ones that agree
+  std::array<int, 4> landmarks{};                        ///< distinct landmarks that agree
   int distinct = 0;
-  int support = 0;  ///< observations that agree
-  int against = 0;  ///< observations that disagree since it was proposed
+  int support = 0;  ///< number of observations that agree
+  int against = 0;  ///< number of observations that have disagreed since it was proposed
   std::int64_t age = 0;
-  bool points_only = false;  ///< proposed by two points, whose distance is the only evidence
+  bool points_only = false;  ///< proposed by two points, with only their distance as evidence
 
   void add_landmark(int landmark);
 };
 
-/// Pose hypotheses while the pose is unknown. Single observations propose them, the motion propagates them,
-/// and one is accepted when distinct landmarks agree on it. One tag alone never suffices: its number may be
-/// misread, it may have been moved, and a planar square has two poses. Fixed size, no allocation.
+/// Pose hypotheses for use while the pose is unknown. Single observations propose them, the motion propagates
+/// them, and one is accepted when distinct landmarks agree on it. One tag alone is never enough: its number
+/// may have been misread, it may have been moved, and a planar square has two poses. Has a fixed size and
+/// does not allocate.
 class PoseHypotheses {
  public:
   explicit PoseHypotheses(const RiekfOptions& options);
@@ -37,10 +38,11 @@ class PoseHypotheses {
   void propagate(const Eigen::Vector3d& twist, const Eigen::Vector3d& variances);
   void observe(std::span<const Observation> seen, const Landmarks& landmarks, const MountedSensor& sensor);
   /// The candidate that can be accepted; nullptr if there is none. The required number of distinct landmarks
-  /// agrees with it, more observations agree than disagree, and no other candidate is close in score. Points
-  /// need one more landmark if `contradicted`, that is, if an existing estimate disagrees.
+  /// must agree with it, more observations must agree than disagree, and no other candidate may be close in
+  /// score. Points need one more landmark if `contradicted` is set, that is, if an existing estimate
+  /// disagrees.
   [[nodiscard]] const Candidate* acceptable(bool contradicted) const;
-  /// The candidate with most support, for display; nullptr if there is none.
+  /// The candidate with the most support, for display; nullptr if there is none.
   [[nodiscard]] const Candidate* best() const;
   void clear() { count_ = 0; }
 
@@ -64,7 +66,7 @@ enum class TrackMode : std::uint8_t {
   Certain,
 };
 
-/// Complete state that a rewind restores.
+/// The complete state that is restored by a rewind.
 struct TrackState {
   RiekfState filter{};
   TrackMode mode = TrackMode::Lost;
@@ -75,18 +77,19 @@ struct TrackState {
   bool given = false;  ///< the start pose was given, and no tag has confirmed it yet
   bool contradicted = false;
   SensorTime contradicted_since{};
-  int contradicting_frames = 0;   ///< consecutive, up to the newest
-  int agreeing_frames = 0;        ///< since it became uncertain
-  std::array<int, 2> agreeing{};  ///< landmarks that agreed since
+  int contradicting_frames = 0;   ///< number of consecutive contradicting frames, up to the newest
+  int agreeing_frames = 0;        ///< number since it became uncertain
+  std::array<int, 2> agreeing{};  ///< landmarks that have agreed since then
   int agreeing_distinct = 0;
   int starts = 0;
-  bool no_translation = false;  ///< the newest odometry step contains no translation
-  bool wheels_stuck = false;    ///< odometry reports no motion, but tags show that the robot moves
+  bool no_translation = false;  ///< the latest odometry step contains no translation
+  bool wheels_stuck = false;    ///< odometry reports no motion, but tags show that the robot is moving
   SuddenHalt halt{};
   PoseHypotheses pose_hypotheses;
 };
 
-/// One step of a run for a smoother: the prediction from the previous step and the result of its update.
+/// One step of a run, for use by a smoother: the prediction from the previous step and the result of the
+/// update.
 struct TraceStep {
   SensorTime stamp{};
   int chain = 0;  ///< a new start begins a new chain
@@ -102,7 +105,7 @@ struct TraceStep {
   Eigen::Matrix3d lasting_P = Eigen::Matrix3d::Zero();  ///< pose covariance added by the considered errors
 };
 
-/// The filter with gating, contradiction tests, initialisation and tag watch. Time only advances;
+/// The filter with gating, contradiction tests, initialisation and tag watch. Time only moves forward;
 /// RiekfLocalizer handles late samples.
 class Tracker {
  public:
@@ -112,8 +115,8 @@ class Tracker {
   /// Processes a frame whose stamp is the current time of the track.
   void process(FrameObservations& frame);
   void start_at(SensorTime stamp);
-  /// Starts from a given pose with standard deviations of x, y [m] and yaw [rad]. It becomes certain when the
-  /// first tags agree and is dropped as soon as they do not.
+  /// Starts from a given pose with the standard deviations of x, y [m] and yaw [rad]. The pose becomes
+  /// certain when the first tags agree, and is dropped as soon as they do not.
   void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad);
   /// Restarts from a given pose during a run. Estimates of slow motion errors and tag statistics are kept.
   void restart_from(const GivenPose& given);
@@ -131,35 +134,37 @@ class Tracker {
   [[nodiscard]] std::vector<NisRecord>& comparisons() { return comparisons_; }
   [[nodiscard]] const std::vector<NisRecord>& comparisons() const { return comparisons_; }
   [[nodiscard]] int broken() const { return broken_; }
-  /// Number of poses given during the run.
+  /// Number of poses that were given during the run.
   [[nodiscard]] int restarts() const { return restarts_; }
-  /// Number of given poses that tags refuted.
+  /// Number of given poses that were refuted by tags.
   [[nodiscard]] int refused_starts() const { return refused_starts_; }
   /// NIS of means over many observations of one tag, divided by their degrees of freedom. It is about 1 if
-  /// lasting errors are modelled as lasting, and larger if they are modelled as noise that averages away.
-  /// Empty until there are enough means.
+  /// lasting errors are modelled as such, and larger if they are modelled as noise that averages out. Empty
+  /// until there are enough means.
   [[nodiscard]] std::optional<double> lasting_nis() const { return lasting_.mean(); }
   [[nodiscard]] const LastingErrors& lasting() const { return lasting_; }
-  /// Evidence of accepted observations about errors of mounting, scale and latency.
+  /// Evidence from accepted observations about errors of mounting, scale and latency.
   [[nodiscard]] SystematicErrors& systematic() { return systematic_; }
   [[nodiscard]] const SystematicErrors& systematic() const { return systematic_; }
-  /// The parameter (mounting, scale or latency) that the innovations show to be wrong, if any.
+  /// The parameter (mounting, scale or latency) that is wrong according to the innovations, if any.
   [[nodiscard]] const std::optional<SystematicVerdict>& suspect() const { return suspect_; }
-  /// Sets the verdict of an earlier run over the same drive, so that the covariance includes the error from
+  /// Sets the verdict from an earlier run over the same drive, so that the covariance includes the error from
   /// the start.
   void suspect(const SystematicVerdict& verdict) {
     suspect_ = verdict;
     suspected_before_ = true;
   }
-  /// Accepts standstill reported by odometry even if tags contradict it, for a caller that detects motion by
+  /// Accepts a standstill reported by odometry even if tags contradict it. For callers that detect motion by
   /// other means.
   void trust_standstill() { trust_standstill_ = true; }
-  /// Discards the evidence about systematic errors, after one of the suspected parameters changed.
+  /// Discards the evidence about systematic errors, for use after one of the suspected parameters has
+  /// changed.
   void forget_systematic();
   [[nodiscard]] bool sees_corners() const { return sees_corners_; }
   /// Keeps every step of the run from now on.
   void keep_trace() { tracing_ = true; }
-  /// Keeps the steps of the last `lag`, plus the time that samples may be late. Memory is allocated here.
+  /// Keeps the steps from the last `lag`, plus the time by which samples may be late. Memory is allocated
+  /// here.
   void keep_trace(Duration lag);
   [[nodiscard]] const std::vector<TraceStep>& trace() const { return trace_; }
 
@@ -189,19 +194,19 @@ class Tracker {
   Landmarks landmarks_;
   MountedSensor sensor_;
   RiekfOptions options_;
-  std::array<double, 9> gates_{};  ///< by degrees of freedom
+  std::array<double, 9> gates_{};  ///< indexed by degrees of freedom
   Riekf filter_;
   TrackState state_;
   TagWatch watch_;
   Riekf::Batch batch_{};
   std::array<Observation, FrameObservations::kMaxObservations> usable_{};
   std::array<Linearised, FrameObservations::kMaxObservations>
-      accepted_linearised_{};  ///< accepted observations, linearised at the estimate at which they were gated
+      accepted_linearised_{};  ///< accepted observations, linearised at the estimate used for gating
   std::vector<NisRecord> comparisons_;
   RiekfState before_detection_{};
   bool trust_standstill_ = false;
   bool tracing_ = false;
-  std::optional<Duration> trace_kept_{};  ///< empty: the whole run
+  std::optional<Duration> trace_kept_{};  ///< if empty, the whole run is kept
   std::vector<TraceStep> trace_;
   int broken_ = 0;
   int refused_starts_ = 0;
@@ -210,7 +215,7 @@ class Tracker {
   SystematicErrors systematic_;
   std::optional<SystematicVerdict> suspect_{};
   bool suspected_before_ = false;
-  int next_verdict_ = 0;  ///< number of observations at which the next test runs
+  int next_verdict_ = 0;  ///< number of observations after which the next test runs
   bool sees_corners_ = false;
 };
 

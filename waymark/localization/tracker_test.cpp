@@ -1,4 +1,5 @@
-// The tracker detects wrong inputs: a wrong start, odometry that jumps, a robot that is moved by hand.
+// Tests that the tracker detects wrong inputs: a wrong start pose, odometry that jumps, a robot that is moved
+// by hand.
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -48,14 +49,14 @@ TEST(GivenStart, IsDroppedWhenTheFirstTagsContradict) {
   }
 }
 
-// Images arrive late: observations from before the given pose must not restore the former pose.
+// Images arrive late: observations from before the given pose must not restore the previous pose.
 TEST(GivenPose, ReplacesTheEstimate) {
   RiekfLocalizer filter = laser_filter();
   LaserRobot robot;
   robot.drive(filter, 3);
   ASSERT_TRUE(filter.estimate()->certain);
   const LaserRobot before = robot;
-  robot.truth = SE2(-1, 1, 2);  // moved by hand
+  robot.truth = SE2(-1, 1, 2);  // the robot is moved by hand
   ASSERT_TRUE(filter.restart_from(
       {robot.truth * SE2(0.02, 0.02, 0.02), Eigen::Vector3d(4e-3, 4e-3, 4e-3).asDiagonal()}));
   EXPECT_LT(off_m(filter, robot), 0.03);
@@ -70,7 +71,7 @@ TEST(GivenPose, ReplacesTheEstimate) {
   robot.drive(filter, 0.3);
   EXPECT_TRUE(filter.estimate()->certain);
   EXPECT_LT(off_m(filter, robot), 0.1);
-  EXPECT_TRUE(filter.problems().empty()) << "no recovery is reported";
+  EXPECT_TRUE(filter.problems().empty()) << "a recovery must not be reported";
 }
 
 TEST(GivenPose, IsDroppedWhenTagsContradict) {
@@ -88,7 +89,8 @@ TEST(GivenPose, IsDroppedWhenTagsContradict) {
   EXPECT_LT(off_m(filter, robot), 0.1);
 }
 
-// One tag can refute a pose but not replace it; two tags can. The report distinguishes the two cases.
+// A single tag can refute a pose but not replace it; two tags can. The report distinguishes between the two
+// cases.
 TEST(GivenPose, IsReportedAsNotLocalisedUntilTwoTagsAgree) {
   RiekfLocalizer filter = laser_filter();
   LaserRobot robot;
@@ -112,7 +114,7 @@ TEST(OdometryJump, IsReportedAndThePoseReinitialised) {
   LaserRobot robot;
   robot.drive(filter, 3);
   ASSERT_TRUE(filter.estimate() && filter.estimate()->certain);
-  robot.odom = SE2(40, -7, 2);  // the counter was reset, and the robot was moved
+  robot.odom = SE2(40, -7, 2);  // the counter is reset and the robot is moved
   robot.truth = SE2(0.5, 0.5, -2);
   int certain_and_wrong = 0;
   for (int i = 0; i < 100; ++i) {
@@ -132,7 +134,7 @@ TEST(MovedRobot, IsReportedAsLostAndRecovered) {
   LaserRobot robot;
   robot.drive(filter, 3);
   EXPECT_TRUE(filter.problems().empty()) << findings(filter);
-  robot.truth = SE2(0.5, 0.5, -2);  // the wheels do not measure this
+  robot.truth = SE2(0.5, 0.5, -2);  // the wheels do not measure this motion
   robot.drive(filter, 3);
   EXPECT_LT(off_m(filter, robot), 0.1);
   EXPECT_THAT(filter.problems(), ::testing::Contains(::testing::HasSubstr(" 1 time")));

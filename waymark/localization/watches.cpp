@@ -12,8 +12,8 @@
 namespace waymark {
 namespace {
 
-constexpr int kMinContradictions = 15;  // confirmed, before a landmark is excluded
-constexpr int kFitsAgain = 30;          // consecutive observations that fit, before it is used again
+constexpr int kMinContradictions = 15;  // confirmed contradictions before a landmark is excluded
+constexpr int kFitsAgain = 30;          // consecutive observations that must fit before it is used again
 
 }  // namespace
 
@@ -59,7 +59,7 @@ void TagWatch::confirm() {
     if (one.pending.count == 0) continue;
     one.wrong.add(one.pending);
     one.pending = {};
-    // A tag that mostly fits is occasionally misread, and the gate rejects those observations.
+    // A tag that mostly fits is occasionally misread, but the gate rejects those observations.
     const bool mostly_wrong = one.wrong.count > one.accepted;
     if (one.wrong.count >= kMinContradictions && mostly_wrong) one.excluded = true;
   }
@@ -101,7 +101,8 @@ std::string TagWatch::describe(int landmark) const {
   const double ratio = wrong.ratio / n;
   const double ratio_spread = std::sqrt(std::max(0.0, wrong.ratio2 / n - ratio * ratio));
   const bool same_direction = wrong.direction / n < 0.05;
-  // A wrong size scales all distances by the same ratio, unlike a map position that is kilometres off.
+  // If the size is wrong, all distances are scaled by the same ratio, unlike with a map position that is
+  // kilometres off.
   const bool same_ratio = ratio_spread < 0.3 * std::min(std::abs(ratio - 1), ratio);
   if (it.size_m > 0 && same_direction && std::abs(ratio - 1) > 0.08 && same_ratio)
     return fmt::format(
@@ -120,7 +121,7 @@ std::string TagWatch::describe(int landmark) const {
       name(landmark));
 }
 
-/// Duplicate tag: observed at its map position and, about as often, at one other position.
+/// A duplicate tag is observed in its map position and, about as often, in one other position.
 std::optional<std::string> TagWatch::describe_duplicate(int landmark) const {
   const One& one = at(landmark);
   constexpr double kShare = 0.25;
@@ -160,11 +161,10 @@ std::vector<std::string> TagWatch::findings() const {
 namespace {
 
 constexpr double kHaltMinStep_m = 1e-7;
-constexpr double kHardestStop_m_s2 = 8;    // tyres slip below this
-constexpr double kHaltMinSpeed_m_s = 0.1;  // below it, coarse encoders seem to stop between two ticks
-constexpr double kHaltMinTime_s = 0.05;    // the motion in a shorter time is below the noise of tags
-constexpr double kHaltMaxCorrectionShare =
-    0.3;  // at standstill if the correction is less than this share of the suspected motion
+constexpr double kHardestStop_m_s2 = 8;    // tyres slip before a robot stops this hard
+constexpr double kHaltMinSpeed_m_s = 0.1;  // at lower speeds, coarse encoders seem to stop between two ticks
+constexpr double kHaltMinTime_s = 0.05;    // the motion during a shorter time is below the noise of tags
+constexpr double kHaltMaxCorrectionShare = 0.3;  // share of the suspected motion; smaller at standstill
 
 }  // namespace
 
@@ -233,9 +233,9 @@ namespace {
 
 constexpr std::int64_t kMoment_ns = 2'000'000'000;  ///< longer than slip and the memory of a filter last
 
-/// Jackknife variances of a value, from the shift of the maximum without each group in turn. They are scaled
-/// by the ratio of the variances of Student's t and a normal distribution, because few groups give a poor
-/// estimate of the spread.
+/// Jackknife variances of a value, computed from the shift of the maximum when each group is omitted in turn.
+/// They are scaled by the ratio between the variances of Student's t and a normal distribution, because the
+/// spread is poorly estimated from few groups.
 template <class Groups>
 SystematicVector jackknife(const SystematicMatrix& information, const SystematicVector& value,
                            const Groups& groups) {
@@ -294,7 +294,7 @@ void SystematicErrors::add(const Linearised& z, const StateBySystematic& A,
   seen_[static_cast<std::size_t>(z.landmark)] = 1;
 }
 
-/// Merges neighbouring blocks: half as many, twice as long.
+/// Merges neighbouring blocks, so that there are half as many, each twice as long.
 void SystematicErrors::merge_blocks() {
   for (std::size_t i = 0; i < kBlocks / 2; ++i) {
     Sums both = blocks_[2 * i];
@@ -335,7 +335,7 @@ std::optional<SystematicFit> SystematicErrors::fit(const SystematicVector& prior
   return fit;
 }
 
-/// Variances from the scatter of the blocks; zero if there are too few.
+/// Variances from the scatter of the blocks; zero if there are too few blocks.
 SystematicVector SystematicErrors::variances_by_blocks(const SystematicFit& by_number) const {
   constexpr double kMinBlocks = 4;
   double blocks = 0;
@@ -352,7 +352,7 @@ SystematicVector SystematicErrors::variances_by_blocks(const SystematicFit& by_n
 
 namespace {
 
-/// Rows of kSystematic that belong to one suspect.
+/// The rows of kSystematic that belong to one suspect.
 struct Group {
   Suspect suspect;
   Eigen::Index first;
@@ -361,10 +361,11 @@ struct Group {
 
 constexpr std::array kGroups{Group{Suspect::Mounting, 0, 6}, Group{Suspect::Scale, 6, 1},
                              Group{Suspect::CameraLatency, 7, 1}};
-/// Errors of sensor parameters [m, rad, 1, s] below which the stated covariance covers the effect.
+/// Errors of sensor parameters [m, rad, 1, s] below which the stated covariance covers their effect.
 constexpr std::array kNegligible{0.008, 0.008, 0.008, 0.01, 0.01, 0.01, 0.006, 0.01};
 
-/// The largest chi-square (one degree of freedom) among the parameters of a group that exceed kNegligible.
+/// The largest chi-square (with one degree of freedom) among the parameters in a group that exceed
+/// kNegligible.
 double wald(const SystematicFit& fit, const Group& group) {
   double most = 0;
   for (Eigen::Index i = group.first; i < group.first + group.size; ++i) {

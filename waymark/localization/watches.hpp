@@ -13,35 +13,35 @@
 
 namespace waymark {
 
-/// Evidence of one observation about its landmark, at the estimate it was compared with.
+/// Evidence from one observation about its landmark, at the estimate with which it was compared.
 struct WatchedObservation {
   int landmark = 0;
   double nis_per_row = 0;
   bool accepted = false;
   Eigen::Vector2d map_p_implied = Eigen::Vector2d::Zero();  ///< position implied by the observation
-  double range_ratio = 1;                                   ///< measured distance over predicted distance
+  double range_ratio = 1;                                   ///< ratio of measured to predicted distance
   double off_direction_rad = 0;                             ///< angle to the predicted line of sight
 };
 
-/// Statistics of the observations of each landmark, and findings as text. A landmark that contradicts the
+/// Statistics about the observations of each landmark, and findings as text. A landmark that contradicts the
 /// estimate while the others agree is excluded until it fits again.
 class TagWatch {
  public:
   explicit TagWatch(const Landmarks& landmarks);
 
-  /// Adds an observation, accepted or rejected.
+  /// Adds an observation, whether accepted or rejected.
   void add(const WatchedObservation& seen);
-  /// Called when accepted landmarks confirmed the estimate. Contradictions since the last confirmation then
-  /// count against their landmarks.
+  /// To be called when accepted landmarks have confirmed the estimate. Contradictions since the last
+  /// confirmation then count against their landmarks.
   void confirm();
-  /// Discards the contradictions that are not yet confirmed, because the estimate was wrong and not the
+  /// Discards the contradictions that have not been confirmed, because the estimate was wrong rather than the
   /// landmarks.
   void forget_pending();
 
   [[nodiscard]] bool usable(int landmark) const { return !at(landmark).excluded; }
-  /// Findings such as "tag36h11:5 and tag36h11:6 are swapped, in the map or on the wall …", in order of id.
+  /// Findings such as "tag36h11:5 and tag36h11:6 are swapped, in the map or on the wall …", sorted by id.
   [[nodiscard]] std::vector<std::string> findings() const;
-  /// Mean NIS per degree of freedom of the accepted observations; 0 if there are none.
+  /// Mean NIS per degree of freedom over the accepted observations; 0 if there are none.
   [[nodiscard]] double mean_nis_per_row(int landmark) const;
   [[nodiscard]] int observations(int landmark) const { return at(landmark).seen; }
   [[nodiscard]] int contradictions(int landmark) const { return at(landmark).wrong.count; }
@@ -77,40 +77,40 @@ class TagWatch {
 };
 
 /// Detects wheels that stop within one message, faster than a robot can brake. The encoders may have failed
-/// while the robot continues at its former speed. Until tags confirm the standstill, the position is
-/// uncertain by the distance that the robot would have covered.
+/// while the robot continues at its previous speed. Until tags confirm the standstill, the uncertainty of the
+/// position includes the distance that the robot would have covered.
 class SuddenHalt {
  public:
-  /// The step with the variance that the suspicion adds to the position and, if no gyro measures it, to the
-  /// heading. O(1).
+  /// Returns the step, including the variance that the suspicion adds to the position and, if no gyro
+  /// measures it, to the heading. O(1).
   [[nodiscard]] MotionStep advance(MotionStep step);
   [[nodiscard]] bool suspected() const { return suspected_; }
-  /// Reports that the tags of an image corrected the position by `moved_m`, which is nearly zero at
+  /// Reports that the tags in an image corrected the position by `moved_m`, which is nearly zero at
   /// standstill.
   void observe_correction(double moved_m);
 
  private:
-  double speed_m_s_ = 0;  ///< of the last step with motion
+  double speed_m_s_ = 0;  ///< during the last step with motion
   double yaw_rate_rad_s_ = 0;
-  double since_s_ = 0;  ///< time since the halt, or since the newest image with tags after it
+  double since_s_ = 0;  ///< time since the halt, or since the latest image with tags after it
   bool suspected_ = false;
 };
 
-/// Tests whether residuals of one landmark average away as fast as the filter assumes. The mean of n whitened
-/// residuals has the covariance S - I (lasting errors and the state's) + I / n. If the filter models a
-/// lasting error as noise, the means are far larger although every single residual passes. After Bar-Shalom,
-/// Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4.2 (tests on
-/// autocorrelation), for a filter whose innovations may be correlated. No allocation.
+/// Tests whether the residuals of one landmark average out as fast as the filter assumes. The mean of n
+/// whitened residuals has the covariance S - I (from lasting errors and the state) + I / n. If the filter
+/// models a lasting error as noise, the means are far larger even though every single residual passes.
+/// Follows Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation", section
+/// 5.4.2 (tests for autocorrelation), for a filter whose innovations may be correlated. Does not allocate.
 class LastingErrors {
  public:
   explicit LastingErrors(int landmarks) : all_(static_cast<std::size_t>(landmarks)) {}
 
   /// Adds a residual with the covariance of its innovation.
   void add(const Linearised& z, const Eigen::Matrix<double, 8, 8>& S);
-  /// NIS of the means so far, divided by their degrees of freedom; none if there are fewer than 20 means.
+  /// NIS of the means so far, divided by their degrees of freedom; empty if there are fewer than 20 means.
   [[nodiscard]] std::optional<double> mean() const;
-  /// Sums over those means: twice their negative log-likelihood without its constant, and their degrees of
-  /// freedom.
+  /// Sums over those means: twice their negative log-likelihood without its constant term, and their degrees
+  /// of freedom.
   [[nodiscard]] double cost() const { return cost_; }
   [[nodiscard]] double degrees_of_freedom() const { return degrees_of_freedom_; }
 
@@ -127,7 +127,7 @@ class LastingErrors {
   int means_ = 0;
 };
 
-/// Information and score of the likelihood of innovations as a function of the parameters of kSystematic.
+/// Information and score for the likelihood of innovations as a function of the parameters in kSystematic.
 struct ScoreSums {
   SystematicMatrix information = SystematicMatrix::Zero();
   SystematicVector score = SystematicVector::Zero();
@@ -136,36 +136,37 @@ struct ScoreSums {
   ScoreSums& operator+=(const ScoreSums& other);
 };
 
-/// Innovations of a drive, clustered in two ways. Innovations of one landmark share the errors of its
-/// position and print; innovations within two seconds share the errors of the motion.
+/// The innovations of a drive, clustered in two ways. Innovations of the same landmark share the errors of
+/// its position and print; innovations within two seconds share the errors of the motion.
 class ScoreClusters {
  public:
   void add(int landmark, SensorTime stamp, const ScoreSums& score);
-  /// Variance of each parameter, where `value` maximises a likelihood with this information (all innovations
-  /// and the prior). It is the variance by landmarks plus that by time minus that by both (Cameron, Gelbach
-  /// and Miller, "Robust Inference With Multiway Clustering", Journal of Business and Economic Statistics
-  /// 29(2), 2011, equation (2.13)). It is at least the larger of the first two. Each variance is a jackknife
-  /// estimate, which is not biased low for few and unequal groups (Bell and McCaffrey, "Bias Reduction in
-  /// Standard Errors for Linear Regression with Multi-Stage Samples", Survey Methodology 28(2), 2002). The
-  /// variance by landmarks is zero with fewer than four landmarks, and likewise for intervals.
+  /// Variance of each parameter, where `value` maximises a likelihood with this information (from all
+  /// innovations and the prior). It is the variance by landmarks plus that by time minus that by both
+  /// (Cameron, Gelbach and Miller, "Robust Inference With Multiway Clustering", Journal of Business and
+  /// Economic Statistics 29(2), 2011, equation (2.13)), but at least the larger of the first two. Each
+  /// variance is a jackknife estimate, which is not biased low if groups are few and unequal (Bell and
+  /// McCaffrey, "Bias Reduction in Standard Errors for Linear Regression with Multi-Stage Samples", Survey
+  /// Methodology 28(2), 2002). The variance by landmarks is zero if there are fewer than four landmarks; the
+  /// same applies to intervals.
   [[nodiscard]] SystematicVector variances(const SystematicMatrix& information,
                                            const SystematicVector& value) const;
 
  private:
-  std::map<std::pair<std::int64_t, int>, ScoreSums> sums_;  ///< by interval and landmark
+  std::map<std::pair<std::int64_t, int>, ScoreSums> sums_;  ///< keyed by interval and landmark
 };
 
-/// Errors of the parameters of kSystematic that explain the innovations best.
+/// The errors of the parameters in kSystematic that best explain the innovations.
 struct SystematicFit {
   SystematicVector value = SystematicVector::Zero();
   SystematicMatrix covariance = SystematicMatrix::Zero();
 };
 
 /// Regression of innovations on errors of the parameters that the filter assumes to be exact. Accumulates the
-/// score and information of the likelihood of the innovations (Mehra and Peschon, "An innovations approach to
-/// fault detection and diagnosis in dynamic systems", Automatica 7, 1971; Basseville and Nikiforov,
+/// score and information for the likelihood of the innovations (Mehra and Peschon, "An innovations approach
+/// to fault detection and diagnosis in dynamic systems", Automatica 7, 1971; Basseville and Nikiforov,
 /// "Detection of Abrupt Changes", section 7.2.4, additive changes seen through the dynamics of the filter).
-/// No allocation after construction.
+/// Does not allocate after construction.
 class SystematicErrors {
  public:
   explicit SystematicErrors(int landmarks)
@@ -175,16 +176,16 @@ class SystematicErrors {
   void add(const Linearised& z, const StateBySystematic& A, const Eigen::Matrix<double, 8, 8>& S,
            SensorTime stamp);
   void clear();
-  /// Whether add() counts or ignores its arguments, because part of a drive may be held out.
+  /// Sets whether add() counts its arguments or ignores them, because part of a drive may be held out.
   void count_in(bool counts) { counts_ = counts; }
-  /// Keeps sums by landmark and interval from now on. Memory grows with the drive, and the covariance of
-  /// fit() is at least that of ScoreClusters.
+  /// From now on, keeps sums by landmark and interval. Memory use then grows with the drive, and the
+  /// covariance from fit() is at least that of ScoreClusters.
   void keep_clusters() { clusters_.emplace(); }
-  /// The maximum with a prior of these standard deviations. `away` is the difference between the current
-  /// parameters and the centre of the prior. Innovations close in time share errors of tags and of the
-  /// motion. The covariance is therefore at least that from the scatter of blocks of the drive (Liang and
-  /// Zeger, "Longitudinal data analysis using generalized linear models", Biometrika 73(1), 1986). Empty with
-  /// fewer than 100 observations or three landmarks. O(1).
+  /// The maximum under a prior with these standard deviations. `away` is the difference between the current
+  /// parameters and the centre of the prior. Innovations that are close in time share errors of tags and of
+  /// the motion. The covariance is therefore at least that given by the scatter of blocks of the drive (Liang
+  /// and Zeger, "Longitudinal data analysis using generalized linear models", Biometrika 73(1), 1986). Empty
+  /// if there are fewer than 100 observations or three landmarks. O(1).
   [[nodiscard]] std::optional<SystematicFit> fit(
       const SystematicVector& prior, const SystematicVector& away = SystematicVector::Zero()) const;
   [[nodiscard]] int count() const { return count_; }
@@ -196,28 +197,29 @@ class SystematicErrors {
   static constexpr int kFirstBlock = 128;  ///< observations
   void merge_blocks();
   static constexpr std::size_t kBlocks = 32;
-  std::vector<std::uint8_t> seen_;  ///< 1: observations of the landmark were added
-  std::vector<Sums> blocks_;        ///< of the drive, each of per_block_ observations
+  std::vector<std::uint8_t> seen_;  ///< 1 if observations of the landmark have been added
+  std::vector<Sums> blocks_;        ///< blocks of the drive, each with per_block_ observations
   int per_block_ = kFirstBlock;
   int count_ = 0;
   bool counts_ = true;
   std::optional<ScoreClusters> clusters_;
 };
 
-/// Parameters that a test of the innovations can reveal to be wrong.
+/// Parameters that can be shown to be wrong by a test of the innovations.
 enum class Suspect : std::uint8_t { Mounting, Scale, CameraLatency };
 
 struct SystematicVerdict {
   Suspect suspect = Suspect::Mounting;
-  double chi2 = 0;  ///< test statistic of the hypothesis that its errors are zero
+  double chi2 = 0;  ///< test statistic for the hypothesis that its errors are zero
   SystematicFit fit{};
-  /// Second moment of the errors of mounting, scale and latency, to be included in the covariance of the
+  /// Second moment of the errors of mounting, scale and latency, for inclusion in the covariance of the
   /// estimate.
   SystematicMatrix second_moment = SystematicMatrix::Zero();
 };
 
-/// Wald tests of mounting, scale and latency, each in the presence of the others. The suspect is the
-/// parameter that alone explains most. Empty if no parameter is significant and large enough to matter.
+/// Wald tests for mounting, scale and latency, each in the presence of the others. The suspect is the
+/// parameter that explains the most on its own. Empty if no parameter is both significant and large enough to
+/// matter.
 [[nodiscard]] std::optional<SystematicVerdict> test_systematic(const SystematicErrors& errors);
 /// The finding as text: the suspect, its size, and the command that corrects it.
 [[nodiscard]] std::string describe(const SystematicVerdict& verdict, bool corners);

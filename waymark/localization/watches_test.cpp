@@ -90,11 +90,11 @@ TEST(SuddenHalt, AcceptsABrakingRobot) {
 TEST(SuddenHalt, AcceptsSlowOdometry) {
   SuddenHalt halt;
   (void)halt.advance({.twist = {0.03, 0, 0}, .dt_s = 0.1});
-  EXPECT_EQ(halt.advance({.dt_s = 0.1}).extra_m2, 0) << "from 0.3 m/s in 0.1 s";
+  EXPECT_EQ(halt.advance({.dt_s = 0.1}).extra_m2, 0) << "stopping from 0.3 m/s within 0.1 s is possible";
   SuddenHalt divided;
   (void)divided.advance({.twist = {0.003, 0, 0}, .dt_s = 0.01, .share = 0.1});
   EXPECT_EQ(divided.advance({.dt_s = 0.01, .share = 0.1}).extra_m2, 0)
-      << "a tenth of such a message, divided by an observation";
+      << "a tenth of such a message, split off by an observation";
 }
 
 TEST(SuddenHalt, TagsConfirmOrRefuteTheHalt) {
@@ -111,12 +111,12 @@ TEST(SuddenHalt, TagsConfirmOrRefuteTheHalt) {
   EXPECT_FALSE(halted.suspected());
   EXPECT_TRUE(moves.suspected());
   EXPECT_NEAR(moves.advance(step_at(0)).extra_m2, std::pow(0.3 * kPeriod_s, 2), 1e-12)
-      << "the time counts from the tags";
-  EXPECT_EQ(moves.advance(step_at(0.3)).extra_m2, 0) << "the encoders count again";
+      << "the time is counted from the image with tags";
+  EXPECT_EQ(moves.advance(step_at(0.3)).extra_m2, 0) << "the encoders are counting again";
 }
 
-// Drives past landmarks with lasting errors, and motion errors that are shared within an interval. The
-// variances must match the errors of the parameters.
+// Simulates drives past landmarks with lasting errors, and with motion errors that are shared within an
+// interval. The variances must match the errors of the parameters.
 
 using Rows = Eigen::Matrix<double, 8, 1>;
 
@@ -130,7 +130,7 @@ Matrix normal(Random& random) {
   return drawn;
 }
 
-/// Squared errors divided by variances, over all parameters, with clusters and as if all innovations were
+/// Squared errors divided by variances, over all parameters: with clusters, and as if all innovations were
 /// independent.
 struct Scores {
   double clusters = 0, alone = 0;
@@ -193,8 +193,8 @@ TEST(ScoreClusters, VariancesAreZeroForFewGroups) {
   EXPECT_GT(clusters.variances(information, SystematicVector::Zero()).minCoeff(), 0);
 }
 
-// For wrong parameters of the filter, the suspect is identified, its size estimated, and the covariance
-// inflated.
+// If parameters of the filter are wrong, the suspect must be identified, its size estimated, and the
+// covariance inflated.
 
 TEST(SystematicErrors, AreNotReportedForACorrectRobot) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
@@ -233,7 +233,7 @@ TEST(SystematicErrors, AreEstimatedFromTheInnovations) {
 }
 
 /// With a misplaced laser, single observations pass the gate, but the innovations show the error. A correct
-/// robot produces no finding.
+/// robot produces no findings.
 TEST(SystematicErrors, DetectsAMisplacedLaser) {
   for (const double laser_x_m : {0.0, 0.5}) {
     RiekfLocalizer filter = laser_filter();
