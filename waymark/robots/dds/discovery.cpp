@@ -92,7 +92,7 @@ constexpr const char* kNoTopics =
     "; it has none, is restricted to its own machine (`localhost`, ROS_LOCALHOST_ONLY), or is behind a "
     "firewall";
 
-/// The parent of a process, from /proc; 0: unknown.
+/// The parent of a process, from /proc; 0 if unknown.
 pid_t parent_of(pid_t process) {
   std::ifstream file(fmt::format("/proc/{}/stat", process));
   std::string text;
@@ -129,7 +129,7 @@ Status use_interface(BusOptions& options, const std::string& interface) {
 bool is_own_family(const std::string& participant) {
   std::array<char, 65> host{};
   if (gethostname(host.data(), host.size() - 1) != 0) return false;
-  constexpr int kMaxGenerations = 8;  // the robot's process, its watchdog, the program
+  constexpr int kMaxGenerations = 8;  // the robot's process, its watchdog and the program
   pid_t process = getpid();
   for (int i = 0; i < kMaxGenerations && process > 1; ++i, process = parent_of(process))
     if (participant.ends_with(fmt::format("(process {} on {})", process, host.data()))) return true;

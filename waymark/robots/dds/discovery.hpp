@@ -15,12 +15,12 @@ struct TopicUse {
   TopicQos qos{};
 };
 
-/// Explains why another program's endpoint does not match this program's use of the same topic: different
-/// type, or incompatible quality of service (DDS 1.4, section 2.2.3, "requested versus offered"). Empty if
-/// they match or are unrelated (different topic, same direction).
+/// Explains why another program's endpoint does not match this program's use of the same topic: a different
+/// type, or incompatible quality of service (DDS 1.4, section 2.2.3, "requested versus offered"). `nullopt`
+/// if they match or are unrelated (different topic, same direction).
 [[nodiscard]] std::optional<std::string> mismatch(const TopicUse& ours, const BusEndpoint& theirs);
 
-/// The messages of all mismatches, without duplicates.
+/// The messages for all mismatches, without duplicates.
 [[nodiscard]] std::vector<std::string> mismatches(const std::vector<TopicUse>& ours,
                                                   const std::vector<BusEndpoint>& theirs);
 
@@ -29,10 +29,10 @@ struct TopicUse {
 /// topics (/odom, …)".
 [[nodiscard]] std::string searched(const BusOptions& options, const Bus& bus);
 
-/// The IPv4 addresses of this machine's network interfaces that are up.
+/// The IPv4 addresses of those network interfaces of this machine that are up.
 [[nodiscard]] std::vector<std::string> interface_addresses();
 /// Restricts the options to the interface with this address or name ("eth0"). If no such interface is up,
-/// fails and lists the available ones, because DDS would otherwise join the domain on no interface at all.
+/// fails and lists the available ones, because otherwise DDS would join the domain without any interface.
 [[nodiscard]] Status use_interface(BusOptions& options, const std::string& interface);
 /// Whether the participant belongs to this process or one of its ancestors. To a user, a program and its
 /// robot process are one program.

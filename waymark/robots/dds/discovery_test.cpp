@@ -48,7 +48,7 @@ TEST(Mismatch, ReportsTopicTypesAndQos) {
       << "without duplicates";
 }
 
-/// A bus with fixed discovery results that does nothing else.
+/// A bus that returns fixed discovery results and does nothing else.
 class FoundBus final : public Bus {
  public:
   std::vector<std::string> others{};
@@ -96,7 +96,7 @@ TEST(Searched, ReportsDomainAddressesParticipantsAndTopics) {
                {"2 other participants", "20 topics (/a10, ", "/a21, …)"});
 }
 
-/// The DDS participant name of the program that runs this test.
+/// The DDS participant name of the program running this test.
 std::string own_participant() {
   std::array<char, 65> host{};
   EXPECT_EQ(gethostname(host.data(), host.size() - 1), 0);

@@ -34,7 +34,7 @@ constexpr std::array<Distro, 10> kDistros = {{{"dashing", 24},
                                               {"lyrical", 16},
                                               {"rolling", 16}}};
 
-/// Plain little-endian CDR.
+/// Writes plain little-endian CDR.
 class Writer {
  public:
   void number(std::size_t value) {
@@ -47,7 +47,7 @@ class Writer {
     bytes_.insert(bytes_.end(), value.begin(), value.end());
     bytes_.push_back(0);
   }
-  /// Writes a Gid; its bytes after the GUID are zero.
+  /// Writes a Gid; the bytes after the GUID are zero.
   void gid(const Guid& guid, std::size_t size) {
     bytes_.insert(bytes_.end(), guid.begin(), guid.end());
     bytes_.insert(bytes_.end(), size - guid.size(), 0);
@@ -101,7 +101,7 @@ Status show_in_node_list(BusOptions& options, const std::string& distro) {
 
 namespace {
 
-constexpr int kMaxDomain = 232;  // UDP ports run out above it (RTPS 2.2, section 9.6.1.1)
+constexpr int kMaxDomain = 232;  // there are no UDP ports for larger domains (RTPS 2.2, section 9.6.1.1)
 
 tl::unexpected<Error> invalid_variable(const char* name, const std::string& value, std::string hint) {
   return fail(ErrorCode::InvalidArgument, fmt::format("invalid value '{}'", value),
@@ -131,7 +131,7 @@ Status read_range(BusOptions& options, const std::string& value) {
   return {};
 }
 
-/// The IPv4 address of a host name or address; empty if it does not resolve.
+/// The IPv4 address for a host name or address; empty if it cannot be resolved.
 std::string address_of(const std::string& host) {
   addrinfo wanted{};
   wanted.ai_family = AF_INET;

@@ -39,7 +39,7 @@ TEST(RosGraph, GidHas24BytesUpToHumbleAnd16Since) {
   testing::expect_on_page("robots", wrong.error());
   BusOptions options;
   EXPECT_TRUE(show_in_node_list(options, ""));
-  EXPECT_FALSE(options.self) << "a wrong release crashes other programs, so none is the default";
+  EXPECT_FALSE(options.self) << "the wrong release crashes other programs, so there is no default";
 }
 
 TEST(RosEnvironment, AppliesTheVariablesOfRos) {

@@ -10,7 +10,7 @@ namespace {
 constexpr std::string_view kTopicPrefix = "rt/";
 constexpr std::string_view kMessages = "::msg::dds_::";
 
-/// "package/kind/Name" as "package::kind::dds_::Name" + `end`.
+/// Converts "package/kind/Name" to "package::kind::dds_::Name" + `end`.
 std::string dds_type(std::string_view ros_type, std::string_view end) {
   std::string type;
   const std::size_t last = ros_type.rfind('/');

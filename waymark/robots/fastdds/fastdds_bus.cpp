@@ -32,7 +32,7 @@
 namespace waymark {
 namespace {
 
-constexpr std::uint32_t kInitialSize = 1024;  // of histories, in bytes; they grow
+constexpr std::uint32_t kInitialSize = 1024;  // initial size of histories in bytes; they grow as needed
 constexpr std::size_t kEncapsulation = 4;
 
 RawCdr& raw(void* data) { return *static_cast<RawCdr*>(data); }
@@ -82,7 +82,7 @@ using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
 
 constexpr const char* kLoopback = "127.0.0.1";
 constexpr const char* kDiscoveryGroup = "239.255.0.1";  // RTPS 2.2, section 9.6.1.4.1
-constexpr std::uint32_t kParticipantsPerHost = 32;      // contacted without multicast
+constexpr std::uint32_t kParticipantsPerHost = 32;      // number contacted when there is no multicast
 constexpr std::uint32_t kSocketBuffer = 1U << 22U;
 constexpr rtps::MemoryManagementPolicy_t kGrows = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 const eprosima::fastrtps::Duration_t kHeartbeat(0, 100'000'000U);
@@ -94,7 +94,7 @@ void add_peer(rtps::LocatorList_t& peers, const std::string& address) {
   peers.push_back(locator);
 }
 
-/// Sets the certificates from an enclave folder of SROS 2 (DDS Security 1.1, section 9).
+/// Sets the certificates from the folder of an SROS 2 enclave (DDS Security 1.1, section 9).
 void add_security(dds::DomainParticipantQos& qos, const std::string& folder) {
   if (folder.empty()) return;
   auto& properties = qos.properties().properties();
@@ -125,7 +125,7 @@ void set_common(Qos& q, const TopicQos& qos) {
   q.data_sharing().off();
 }
 
-/// "waymark_robot (process 4711 on limo-7)": distinguishes several nodes with the same name.
+/// A name such as "waymark_robot (process 4711 on limo-7)", which distinguishes nodes with the same name.
 std::string participant_name(const std::string& node) {
   std::array<char, 65> host{};
   if (gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
@@ -137,7 +137,7 @@ std::string participant_name(const std::string& node) {
 dds::DomainParticipantQos participant_qos(const BusOptions& options) {
   dds::DomainParticipantQos qos;
   qos.name(participant_name(options.node).c_str());
-  const std::string enclave = "enclave=" + options.enclave + ";";  // rmw reads the enclave from user data
+  const std::string enclave = "enclave=" + options.enclave + ";";  // rmw reads the enclave from the user data
   qos.user_data().setValue(std::vector<std::uint8_t>(enclave.begin(), enclave.end()));
   const auto udp = std::make_shared<UDPv4TransportDescriptor>();
   udp->maxInitialPeersRange = kParticipantsPerHost;
@@ -150,9 +150,9 @@ dds::DomainParticipantQos participant_qos(const BusOptions& options) {
   auto& builtin = qos.wire_protocol().builtin;
   builtin.readerHistoryMemoryPolicy = kGrows;
   builtin.writerHistoryMemoryPolicy = kGrows;
-  // By default a participant announces itself five times in half a second and then every three seconds. A
-  // participant that misses the first announcements, for example because a port was just reused, would
-  // discover it seconds later.
+  // By default, a participant announces itself five times in half a second and then every three seconds. A
+  // participant that misses the first announcements, for example because a port has just been reused, would
+  // only discover it seconds later.
   builtin.discovery_config.leaseDuration_announcementperiod = {0, 500'000'000};
   if (options.localhost_only || !options.peers.empty()) {
     add_peer(builtin.initialPeersList, kDiscoveryGroup);
@@ -192,7 +192,7 @@ BusEndpoint endpoint_of(const Proxy& proxy, bool publishes) {
   return endpoint;
 }
 
-/// Whether the endpoint belongs to this participant; Fast DDS reports its endpoints, too.
+/// Whether the endpoint belongs to this participant, because Fast DDS also reports its endpoints.
 bool is_own(const dds::DomainParticipant* participant, const rtps::GUID_t& endpoint) {
   return participant != nullptr && participant->guid().guidPrefix == endpoint.guidPrefix;
 }
@@ -222,7 +222,7 @@ std::vector<std::string> Discovered::participants() const {
   return all;
 }
 
-/// The GUIDs of a participant's endpoints begin with the participant's twelve-byte prefix.
+/// The GUIDs of a participant's endpoints begin with the twelve-byte prefix of the participant.
 std::string Discovered::participant_of(const waymark::Guid& endpoint) const {
   const std::lock_guard lock(mutex_);
   const auto found = std::ranges::find_if(participants_, [&](const auto& entry) {
@@ -271,7 +271,7 @@ namespace {
 
 namespace dds = eprosima::fastdds::dds;
 
-/// As in rmw_fastrtps: the client's reader if the request contains it, else its writer.
+/// As in rmw_fastrtps: the client's reader if the request contains it, otherwise its writer.
 RequestIdentity identity_of(const dds::SampleInfo& info) {
   const auto& related = info.related_sample_identity.writer_guid();
   const bool named = related != eprosima::fastrtps::rtps::GUID_t::unknown();
@@ -341,7 +341,7 @@ class FastddsBus final : public Bus {
 };
 
 Status FastddsBus::join(const BusOptions& options) {
-  dds::Log::ClearConsumers();  // Fast DDS must not print to the program's output
+  dds::Log::ClearConsumers();  // keeps Fast DDS from printing to the program's output
   const dds::StatusMask discovery_only = dds::StatusMask::none();
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       static_cast<dds::DomainId_t>(options.domain), participant_qos(options), &discovered_, discovery_only);
@@ -380,7 +380,7 @@ Result<dds::Topic*> FastddsBus::topic(const BusTopic& name) {
   return made;
 }
 
-/// Best effort: if the message is lost, the node is only missing from `ros2 node list`.
+/// Best effort: if the message is lost, the only effect is that `ros2 node list` does not show the node.
 void FastddsBus::describe_self() {
   if (!self_) return;
   if (self_writer_ == nullptr)

@@ -18,12 +18,12 @@
 
 namespace waymark {
 
-/// A serialised message: CDR with its encapsulation.
+/// A serialised message: CDR with its encapsulation header.
 struct RawCdr {
   std::vector<std::uint8_t> bytes{};
 };
 
-/// A Fast DDS type for messages that are already serialised, under any type name.
+/// A Fast DDS type with an arbitrary type name for messages that are already serialised.
 class RawCdrType final : public eprosima::fastdds::dds::TopicDataType {
  public:
   explicit RawCdrType(const std::string& dds_name);
@@ -36,8 +36,8 @@ class RawCdrType final : public eprosima::fastdds::dds::TopicDataType {
   bool getKey(void* data, eprosima::fastrtps::rtps::InstanceHandle_t* handle, bool force_md5) override;
 };
 
-/// Quality of service of a participant like a ROS 2 node, over UDP only, with the options' interfaces and
-/// peers.
+/// Quality of service for a participant that acts like a ROS 2 node, over UDP only, with the interfaces and
+/// peers from the options.
 [[nodiscard]] eprosima::fastdds::dds::DomainParticipantQos participant_qos(const BusOptions& options);
 [[nodiscard]] eprosima::fastdds::dds::DataWriterQos writer_qos(const TopicQos& qos);
 [[nodiscard]] eprosima::fastdds::dds::DataReaderQos reader_qos(const TopicQos& qos);
@@ -67,8 +67,8 @@ class Discovered final : public eprosima::fastdds::dds::DomainParticipantListene
   std::map<Guid, std::string> participants_{};
 };
 
-/// Joins the domain with a Fast DDS participant over UDP. Fails if it cannot be created, for example without
-/// such an interface or a free port, or if certificates are rejected.
+/// Joins the domain with a Fast DDS participant over UDP. Fails if the participant cannot be created, for
+/// example because the interface does not exist, no port is free, or certificates are rejected.
 [[nodiscard]] Result<std::unique_ptr<Bus>> open_fastdds_bus(const BusOptions& options);
 
 }  // namespace waymark

@@ -1,5 +1,5 @@
-// Quality of service passed to Fast DDS, and serialised messages. tests/ros2 covers communication of
-// participants.
+// Tests the quality of service passed to Fast DDS, and serialised messages. Communication between
+// participants is covered by tests/ros2.
 #include "waymark/robots/fastdds/fastdds_bus.hpp"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ std::string property(const dds::DomainParticipantQos& qos, const std::string& na
 TEST(ParticipantQos, UsesOnlyUdpOnTheGivenInterfaces) {
   const auto all = participant_qos({});
   EXPECT_FALSE(all.transport().use_builtin_transports)
-      << "no shared memory, which other users of a robot could not open";
+      << "no shared memory, because other users of a robot could not open it";
   EXPECT_TRUE(udp_of(all).interfaceWhiteList.empty());
   const auto some = participant_qos({.interfaces = {"10.0.0.2"}});
   EXPECT_EQ(udp_of(some).interfaceWhiteList, std::vector<std::string>{"10.0.0.2"});
@@ -56,7 +56,7 @@ TEST(ParticipantQos, PeersAreContactedInAdditionToMulticast) {
   }
   EXPECT_EQ(contacted, (std::set<std::string>{"10.0.0.9", "239.255.0.1"}));
   EXPECT_TRUE(participant_qos({}).wire_protocol().builtin.initialPeersList.empty())
-      << "the default of Fast DDS";
+      << "the default in Fast DDS";
 }
 
 TEST(ParticipantQos, ContainsNameAndEnclaveAsInRos) {
@@ -119,7 +119,7 @@ TEST(RawCdr, RejectsBytesThatDoNotFit) {
   rtps::SerializedPayload_t payload(99);
   EXPECT_FALSE(type.serialize(&large, &payload));
   RawCdr headless{{0, 1, 0}};
-  EXPECT_FALSE(type.serialize(&headless, &payload)) << "three bytes have no encapsulation";
+  EXPECT_FALSE(type.serialize(&headless, &payload)) << "three bytes cannot contain an encapsulation header";
   RawCdr empty;
   EXPECT_FALSE(type.serialize(&empty, &payload));
   rtps::InstanceHandle_t handle;

@@ -1,4 +1,4 @@
-// The only symbol of the module libwaymark-dds.so.
+// The only symbol exported by the module libwaymark-dds.so.
 #include "waymark/robots/dds/bus.hpp"
 #include "waymark/robots/fastdds/fastdds_bus.hpp"
 

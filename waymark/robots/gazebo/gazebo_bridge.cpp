@@ -78,7 +78,7 @@ Result<std::vector<std::string>> GazeboBridge::truth(const GazeboSubscription& f
                                                      const GazeboPoses& poses) {
   const auto named = [this](const GazeboPose& pose) { return pose.name == truth_model_; };
   const auto found = truth_model_.empty() ? poses.poses.begin() : std::ranges::find_if(poses.poses, named);
-  if (found == poses.poses.end()) return std::vector<std::string>();  // of another model
+  if (found == poses.poses.end()) return std::vector<std::string>();  // the message is about another model
   return line_of(from, TruthPose{.stamp = poses.stamp, .map_T_base = found->world_T_model});
 }
 

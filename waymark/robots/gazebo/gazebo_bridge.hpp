@@ -10,23 +10,23 @@
 
 namespace waymark {
 
-/// Converts the messages of a robot in Gazebo to the lines of a robot process
-/// (docs/formats/robot-process.md). Messages that are unreadable, have another type or a misleading stamp are
-/// dropped, counted and reported. Stamps are compared with simulated time, so the simulation may run slower
-/// than real time. Pure.
+/// Converts the messages from a robot in Gazebo to the lines of a robot process
+/// (docs/formats/robot-process.md). Messages are dropped, counted and reported if they are unreadable or have
+/// the wrong type or a misleading timestamp. Timestamps are compared with simulated time, so the simulation
+/// may run slower than real time. Pure.
 class GazeboBridge {
  public:
   GazeboBridge(const GazeboProfile& profile, RobotDescription robot, PutPicture put_picture = {});
 
-  /// The lines of a message; empty if it is dropped or only stored.
+  /// The lines for a message; empty if it is dropped or merely stored.
   [[nodiscard]] std::vector<std::string> receive(const GazeboSubscription& from,
                                                  const GazeboMessage& message);
   /// The reports for the user since the last call, as log lines.
   [[nodiscard]] std::vector<std::string> take_reports() { return lines_.take_reports(); }
   [[nodiscard]] std::uint64_t dropped() const { return lines_.dropped(); }
-  /// Whether odometry was received.
+  /// Whether odometry has been received.
   [[nodiscard]] bool speaks() const { return lines_.speaks(); }
-  /// The newest simulated time of odometry; empty before the first.
+  /// The newest simulated time from odometry; `nullopt` before the first message.
   [[nodiscard]] std::optional<SensorTime> simulated_time() const { return simulated_time_; }
 
  private:

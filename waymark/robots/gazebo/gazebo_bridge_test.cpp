@@ -17,7 +17,7 @@ using ::testing::Test;
 
 SensorTime at_ms(int ms) { return SensorTime(milliseconds(1000 + ms)); }
 
-/// A bridge and a reader of its lines.
+/// A bridge with a reader for its lines.
 class GazeboBridgeTest : public Test {
  protected:
   std::vector<std::string> give(GazeboKind kind, Result<GazeboValue> value) {
@@ -75,9 +75,9 @@ TEST_F(GazeboBridgeTest, DropsAndCountsMisleadingMessages) {
   EXPECT_TRUE(odometry(20, std::numeric_limits<double>::quiet_NaN()).empty());
   EXPECT_EQ(odometry(30).size(), 1U);
   EXPECT_TRUE(odometry(10).empty()) << "the simulation was reset";
-  EXPECT_TRUE(give(GazeboKind::Imu, ImuSample{.stamp = at_ms(5000)}).empty()) << "another clock";
-  EXPECT_TRUE(give(GazeboKind::Imu, ImuSample{}).empty()) << "no stamp";
-  EXPECT_TRUE(give(GazeboKind::Imu, Odometry{.stamp = at_ms(31)}).empty()) << "another type";
+  EXPECT_TRUE(give(GazeboKind::Imu, ImuSample{.stamp = at_ms(5000)}).empty()) << "a different clock";
+  EXPECT_TRUE(give(GazeboKind::Imu, ImuSample{}).empty()) << "without a timestamp";
+  EXPECT_TRUE(give(GazeboKind::Imu, Odometry{.stamp = at_ms(31)}).empty()) << "a different type";
   EXPECT_TRUE(give(GazeboKind::Image, fail(ErrorCode::Unreadable, "3 invalid bytes")).empty());
   EXPECT_EQ(bridge_.dropped(), 6U);
   const std::string reports = words();
@@ -87,7 +87,7 @@ TEST_F(GazeboBridgeTest, DropsAndCountsMisleadingMessages) {
 }
 
 TEST_F(GazeboBridgeTest, AcceptsAnySimulationSpeed) {
-  // A hundred seconds of simulated time as fast as possible.
+  // A hundred seconds of simulated time, as fast as possible.
   for (int ms = 0; ms < 100'000; ms += 20) {
     ASSERT_EQ(odometry(ms).size(), 1U) << ms;
     ASSERT_EQ(give(GazeboKind::Imu, ImuSample{.stamp = at_ms(ms)}).size(), 1U) << ms;

@@ -16,7 +16,7 @@ namespace waymark {
 namespace {
 
 constexpr Duration kSlice = std::chrono::milliseconds(20);
-/// Time allowed for the discovery of command subscribers.
+/// Time allowed for discovering the subscribers to the commands.
 constexpr Duration kDiscovery = std::chrono::seconds(3);
 
 class GazeboRobot final : public WireLoop {
@@ -30,7 +30,7 @@ class GazeboRobot final : public WireLoop {
         bridge_(profile, robot, pictures_in_memory()),
         senders_(options.share_commands) {}
 
-  /// Joins the network, before run().
+  /// Joins the network; to be called before run().
   Status join() {
     for (GazeboSubscription& one : subscriptions_of(profile_)) {
       const auto number = link_.subscribe(one.topic, one.depth);
@@ -49,14 +49,14 @@ class GazeboRobot final : public WireLoop {
   }
   Result<bool> ready() override { return senders_.done(steady_now()); }
 
-  /// Called after the robot's first message. Fails if another program commands the robot, otherwise adds the
+  /// Called after the robot's first message. Fails if another program commands the robot; otherwise adds the
   /// publisher.
   Status prepare() override {
     const auto others = link_.publishers(profile_.command_topic);
     const std::string who = others.empty() ? "" : fmt::format("at {}", fmt::join(others, ", "));
     const Status alone = senders_.check_alone(profile_.command_topic, who, "gazebo robot PROFILE");
     if (!alone && !listens()) return alone;
-    link_.unsubscribe(profile_.command_topic);  // from now on the topic carries our own commands, too
+    link_.unsubscribe(profile_.command_topic);  // from now on, the topic also carries our own commands
     if (listens()) return {};
     const auto publisher = link_.advertise(profile_.command_topic, StampedCommand{});
     if (!publisher) return tl::unexpected(publisher.error());
@@ -64,7 +64,7 @@ class GazeboRobot final : public WireLoop {
     return {};
   }
   RobotHello hello() const override { return {.name = name_, .simulated_time = true}; }
-  /// Adding the publisher takes longer than the allowed silence of the robot.
+  /// Adding the publisher takes longer than the robot is allowed to be silent.
   void after_hello() override { watch_.reset(); }
   void send(const VelocityCommand& command) override {
     (void)link_.publish(publisher_, StampedCommand{.command = command});
@@ -88,8 +88,7 @@ class GazeboRobot final : public WireLoop {
     output().write(bridge_.take_reports());
   }
 
-  /// Checks only in turns after the hello, because before that subscribers cannot have discovered the
-  /// publisher.
+  /// Only checks after the hello, because before that subscribers cannot have discovered the publisher.
   Status check() override {
     if (!std::exchange(was_greeted_, greeted())) return {};
     if (watch_.ended(steady_now()))

@@ -12,10 +12,10 @@ struct GazeboRobotOptions {
   bool share_commands = false;  ///< drive even if another program sends commands
 };
 
-/// User settings of the robot process.
+/// User settings for the robot process.
 struct GazeboRobotSettings {
   std::string profile{};
-  std::string robot_file{};  ///< empty: the profile's
+  std::string robot_file{};  ///< that of the profile if empty
   RobotWireSettings wire{};
 
   template <class Self, class Visitor>
@@ -29,15 +29,16 @@ struct GazeboRobotSettings {
   }
 };
 
-/// Runs the process of a robot in Gazebo (docs/formats/robot-process.md): subscribes to the profile's topics
-/// and publishes commands until the input ends. Publishes zero while odometry is missing, and at the end.
-/// Writes the hello 0.4 s after the first odometry; until then nothing is sent and the input is not read.
-/// Fails if no odometry arrives (the error lists the topics found) or if another program commands the robot.
+/// Runs the process for a robot in Gazebo (docs/formats/robot-process.md): subscribes to the topics in the
+/// profile and publishes commands until the input ends. Publishes zero while odometry is missing, and at the
+/// end. Writes the hello 0.4 s after the first odometry; until then, nothing is sent and the input is not
+/// read. Fails if no odometry arrives (the error lists the topics found) or if another program commands the
+/// robot.
 [[nodiscard]] Status run_gazebo_robot(GazeboLink& link, const GazeboProfile& profile,
                                       const RobotDescription& robot, const RobotWire& wire,
                                       const GazeboRobotOptions& options = {});
 
-/// Lists at most 30 topics with their types, for messages.
+/// Lists up to 30 topics with their types, for use in messages.
 [[nodiscard]] std::string topic_list_text(const std::vector<GazeboTopic>& topics);
 
 }  // namespace waymark

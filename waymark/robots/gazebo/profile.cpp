@@ -21,7 +21,7 @@ tl::unexpected<Error> wrong(const std::string& source, std::string message, cons
 }  // namespace
 
 Result<GazeboProfile> parse_gazebo_profile(std::string_view text, const std::string& source) {
-  if (text.find(':') == std::string_view::npos)  // defaults alone could drive an unintended robot
+  if (text.find(':') == std::string_view::npos)  // the defaults alone could drive the wrong robot
     return wrong(source, "empty profile; the robot and its topics are required", "");
   auto profile = parse_fields<GazeboProfile>(text, source);
   if (!profile) return profile;

@@ -8,7 +8,7 @@
 
 namespace waymark {
 
-/// Topics of a robot in Gazebo (docs/howto/gazebo.md). An empty topic is not used.
+/// Topics of a robot in Gazebo (docs/howto/gazebo.md). Empty topics are not used.
 struct GazeboProfile {
   std::string robot = "limo-gazebo";
   std::string command_topic = "/model/limo/cmd_vel";
@@ -46,13 +46,13 @@ struct GazeboProfile {
   }
 };
 
-/// Parses a profile from YAML. Errors have file, line and key. Missing topics for odometry or commands and
-/// duplicate topics are errors, too.
+/// Parses a profile from YAML. Errors contain file, line and key. It is also an error if the topic for
+/// odometry or commands is missing or a topic is used twice.
 [[nodiscard]] Result<GazeboProfile> parse_gazebo_profile(std::string_view text, const std::string& source);
-/// Reads the profile of a plain name from share/gazebo, else from a path.
+/// Reads the profile with a plain name from share/gazebo, or otherwise from a path.
 [[nodiscard]] Result<GazeboProfile> find_gazebo_profile(const std::string& name);
 
-/// The contents of a subscribed topic.
+/// The kind of messages on a subscribed topic.
 enum class GazeboKind : std::uint8_t { Odometry, Imu, Scan, Image, CameraInfo, Gamepad, Truth, Clock };
 
 /// A topic to subscribe to.

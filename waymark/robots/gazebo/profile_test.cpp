@@ -24,7 +24,7 @@ TEST(GazeboProfile, FindsTheRobotFileInItsOwnFolder) {
   ASSERT_TRUE(write_text_file(folder / "gazebo.yaml", "robot: robot.yaml\nodometry_topic: /odom\n"));
   const auto profile = find_gazebo_profile((folder / "gazebo.yaml").string());
   ASSERT_TRUE(profile) << to_string(profile.error());
-  EXPECT_EQ(profile->robot, (folder / "robot.yaml").string()) << "independent of the working folder";
+  EXPECT_EQ(profile->robot, (folder / "robot.yaml").string()) << "independent of the working directory";
 }
 
 TEST(GazeboProfile, RejectsInvalidProfiles) {
@@ -36,7 +36,8 @@ TEST(GazeboProfile, RejectsInvalidProfiles) {
   };
   EXPECT_NE(error("odometry_topic: ''\n").find("odometry_topic"), std::string::npos);
   EXPECT_NE(error("command_topic: ''\n").find("command_topic"), std::string::npos);
-  EXPECT_NE(error("odom_topic: /odom\n").find("odometry_topic"), std::string::npos) << "the nearest key";
+  EXPECT_NE(error("odom_topic: /odom\n").find("odometry_topic"), std::string::npos)
+      << "suggests the nearest key";
   EXPECT_NE(error("imu_topic: /a\nscan_topic: /a\n").find("/a"), std::string::npos);
   EXPECT_NE(error("").find("my.yaml"), std::string::npos);
   EXPECT_FALSE(find_gazebo_profile("limmo"));

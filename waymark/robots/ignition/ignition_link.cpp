@@ -16,7 +16,7 @@
 namespace waymark {
 namespace {
 
-/// A received message, still serialised.
+/// A received message that is still serialised.
 struct Arrived {
   std::size_t subscription = 0;
   std::string type{};
@@ -102,7 +102,8 @@ class IgnitionLink final : public GazeboLink {
     std::string type;
   };
 
-  // Shared with the callbacks, because a thread of the library may still call one when the node is destroyed.
+  // Shared with the callbacks, because a thread of the library may still be running one when the node is
+  // destroyed.
   std::shared_ptr<ArrivalQueue<Arrived>> queue_ = std::make_shared<ArrivalQueue<Arrived>>();
   std::deque<Publisher> publishers_{};
   ignition::transport::Node node_{};

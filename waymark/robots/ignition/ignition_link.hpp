@@ -6,8 +6,8 @@
 
 namespace waymark {
 
-/// A node of Ignition Transport 11, which itself reads IGN_PARTITION and IGN_IP. Fails on a partition that
-/// Ignition rejects.
+/// A node using Ignition Transport 11, which itself reads IGN_PARTITION and IGN_IP. Fails if Ignition rejects
+/// the partition.
 [[nodiscard]] Result<std::unique_ptr<GazeboLink>> open_ignition_link();
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-// The only symbol of the module libwaymark-gazebo.so.
+// The only symbol exported by the module libwaymark-gazebo.so.
 #include "waymark/robots/gazebo/gazebo_link.hpp"
 #include "waymark/robots/ignition/ignition_link.hpp"
 

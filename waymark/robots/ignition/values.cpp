@@ -18,7 +18,7 @@ namespace waymark {
 namespace {
 
 constexpr std::int64_t kNanoseconds = 1'000'000'000;
-constexpr std::int64_t kMaxSeconds = std::int64_t{1} << 32;  // avoids overflow of the stamp in nanoseconds
+constexpr std::int64_t kMaxSeconds = std::int64_t{1} << 32;  // keeps the timestamp from overflowing
 
 void put(ignition::msgs::Header& header, const char* key, const std::string& value) {
   if (value.empty()) return;
@@ -91,7 +91,7 @@ ignition::msgs::Twist to_ignition(const VelocityCommand& velocity) {
 
 namespace {
 
-/// The ROS name of a pixel format; empty if it is not supported.
+/// The ROS name for a pixel format; empty if it is not supported.
 std::string encoding_of(ignition::msgs::PixelFormatType format) {
   switch (format) {
     case ignition::msgs::L_INT8:
@@ -111,7 +111,7 @@ std::string encoding_of(ignition::msgs::PixelFormatType format) {
   }
 }
 
-/// Copies elements up to the length of the shorter array.
+/// Copies as many elements as the shorter array has.
 template <class From, class To>
 void copy_numbers(const From& from, To& to) {
   std::copy_n(from.begin(), std::min<std::size_t>(to.size(), static_cast<std::size_t>(from.size())),
@@ -194,7 +194,7 @@ void put(const Eigen::Vector3d& from, msgs::Vector3d& to) {
   to.set_z(from.z());
 }
 
-/// The pose with the name of the model; for a part, the child frame that PosePublisher writes.
+/// The pose with the name of the model or, for a part, with the child frame that PosePublisher writes.
 Result<GazeboPose> named(const msgs::Pose& pose) {
   const auto place = from_ignition(pose);
   if (!place) return tl::unexpected(place.error());
@@ -275,7 +275,7 @@ Result<GazeboValue> parse(std::string_view bytes) {
   return read(message);
 }
 
-/// A supported type with its parser.
+/// A supported type and its parser.
 struct TypeParser {
   std::string_view type;
   Result<GazeboValue> (*parse)(std::string_view bytes);
@@ -338,7 +338,7 @@ msgs::Clock message_of(const GazeboClock& clock) {
 }
 
 msgs::Twist message_of(const StampedCommand& command) {
-  return to_ignition(command.command);  // without a stamp, like Gazebo's own programs
+  return to_ignition(command.command);  // without a timestamp, like Gazebo's own programs
 }
 
 msgs::Pose_V message_of(const GazeboPoses& poses) {

@@ -15,36 +15,38 @@
 
 namespace waymark {
 
-/// The stamp of a header, in simulated time.
+/// The timestamp in a header, in simulated time.
 [[nodiscard]] SensorTime from_ignition(const ignition::msgs::Time& time);
 [[nodiscard]] ignition::msgs::Time to_ignition(SensorTime stamp);
-/// A header with the frames in the form that Gazebo's systems write.
+/// A header with the frames, as written by Gazebo's systems.
 [[nodiscard]] ignition::msgs::Header header(SensorTime stamp, const std::string& frame,
                                             const std::string& child_frame = {});
-/// The value of a header's key ("frame_id", "child_frame_id"); empty if it has none.
+/// The value for a key in a header ("frame_id", "child_frame_id"); empty if there is none.
 [[nodiscard]] std::string header_value(const ignition::msgs::Header& header, const std::string& key);
 
-/// Fails if the orientation is not a rotation. A missing orientation is the identity.
+/// Fails if the orientation is not a rotation. If the orientation is missing, it is the identity.
 [[nodiscard]] Result<SE3> from_ignition(const ignition::msgs::Pose& pose);
 [[nodiscard]] ignition::msgs::Pose to_ignition(const SE3& pose);
 [[nodiscard]] VelocityCommand from_ignition(const ignition::msgs::Twist& twist);
 [[nodiscard]] ignition::msgs::Twist to_ignition(const VelocityCommand& velocity);
 
-/// A grey image from L_INT8, L_INT16, RGB_INT8, BGR_INT8, RGBA_INT8 or BGRA_INT8. Fails on other formats and
-/// if the data are shorter than the image size requires.
+/// A grey image from L_INT8, L_INT16, RGB_INT8, BGR_INT8, RGBA_INT8 or BGRA_INT8. Fails for other formats, or
+/// if there is less data than the image size requires.
 [[nodiscard]] Result<CameraFrame> from_ignition(const ignition::msgs::Image& message);
-/// Encoding RGB_INT8, like Gazebo's cameras.
+/// Uses the encoding RGB_INT8, as Gazebo's cameras do.
 [[nodiscard]] ignition::msgs::Image to_ignition(const CameraFrame& frame);
 
-/// Fails on invalid camera parameters, and on distortion models other than PLUMB_BOB.
+/// Fails if camera parameters are invalid or the distortion model is not PLUMB_BOB.
 [[nodiscard]] Result<GazeboCamera> from_ignition(const ignition::msgs::CameraInfo& message);
 [[nodiscard]] ignition::msgs::CameraInfo to_ignition(const GazeboCamera& camera);
 
-/// Parses a serialised message of a type such as "ignition.msgs.Odometry". Fails on an unsupported type, on
-/// bytes that are not a message of this type, and on invalid contents (an image with too little data).
+/// Parses a serialised message with a type such as "ignition.msgs.Odometry". Fails if the type is not
+/// supported, the bytes are not a message of this type, or its contents are invalid (an image with too little
+/// data).
 [[nodiscard]] Result<GazeboValue> parse_gazebo(std::string_view type, std::string_view bytes);
 
-/// type_of() returns the message type of a value; serialize_gazebo() serialises it. Poses become a Pose_V.
+/// type_of() returns the message type for a value, and serialize_gazebo() serialises it. Poses become a
+/// Pose_V.
 [[nodiscard]] std::string type_of(const GazeboValue& value);
 [[nodiscard]] std::string serialize_gazebo(const GazeboValue& value);
 

@@ -1,4 +1,4 @@
-// Stamps, frames, poses and images of Gazebo's messages, valid and invalid.
+// Tests timestamps, frames, poses and images in valid and invalid Gazebo messages.
 #include "waymark/robots/ignition/values.hpp"
 
 #include <cmath>
@@ -77,14 +77,14 @@ TEST(IgnitionPictures, EverySupportedFormatConvertsToGrey) {
     for (int y = 0; y < 2; ++y)
       for (int x = 0; x < 3; ++x) EXPECT_NEAR(frame->image.row(y)[x], 0x50, 1);
     message.mutable_data()->resize(message.data().size() - 1);
-    EXPECT_FALSE(from_ignition(message)) << "a byte is missing";
+    EXPECT_FALSE(from_ignition(message)) << "one byte is missing";
   }
   ignition::msgs::Image depth;
   depth.set_pixel_format_type(ignition::msgs::R_FLOAT32);
   const auto refused = from_ignition(depth);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().hint.find("R8G8B8"), std::string::npos)
-      << "the hint names the format to set in the world";
+      << "the hint contains the format to set in the world";
   testing::expect_on_page("robots", refused.error());
 }
 
@@ -176,7 +176,8 @@ TEST(GazeboValues, DamagedMessagesAreReadOrRejected) {
 
 TEST(GazeboValues, RejectsImagesWithTooLittleData) {
   EXPECT_FALSE(parse_gazebo("ignition.msgs.Image", ""));
-  // An image of 1000 x 1000 px with three bytes of data. Fields: width 2, height 3, step 4, data 5, format 6.
+  // An image of 1000 x 1000 px with only three bytes of data. Field numbers: width 2, height 3, step 4, data
+  // 5, format 6.
   const std::string truncated(
       "\x10\xe8\x07\x18\xe8\x07\x20\xb8\x17\x2a\x03"
       "abc"

@@ -15,7 +15,7 @@ bool same(const LimoState& a, const LimoState& b) {
   return a.vehicle == b.vehicle && a.commanded == b.commanded && a.errors == b.errors && a.drive == b.drive;
 }
 
-/// Tracks, Mecanum and differential wheels take the same commands.
+/// Tracks, Mecanum wheels and differential drive accept the same commands.
 bool same_drive(LimoDrive reported, LimoDrive file) {
   const bool turns_on_the_spot = reported != LimoDrive::Ackermann;
   return turns_on_the_spot == (file != LimoDrive::Ackermann);

@@ -17,7 +17,7 @@ constexpr VelocityCommand kDrive{0.3, 0.1};
 
 constexpr VelocityCommand kZero{};
 
-/// The gate, and a LIMO that reports its state every 20 ms.
+/// The gate and a LIMO that reports its state every 20 ms.
 class Gate {
  public:
   explicit Gate(LimoDrive file = LimoDrive::Differential) : gate(file) {}
@@ -64,7 +64,7 @@ TEST(CommandGate, AfterRemoteControlTheDriverMustCommandZeroFirst) {
   EXPECT_EQ(robot.steps(2, kDrive), kZero);
   EXPECT_THAT(robot.gate.take_reports(), ElementsAre(HasSubstr("remote control")));
   EXPECT_EQ(robot.steps(100, kZero), kZero);
-  EXPECT_FALSE(robot.gate.asks_for_command(robot.now)) << "an operator drives it";
+  EXPECT_FALSE(robot.gate.asks_for_command(robot.now)) << "someone drives it by remote control";
   robot.speed_m_s = 0;
   (void)robot.steps(2, kDrive);
   EXPECT_FALSE(robot.gate.asks_for_command(robot.now)) << "it would start to drive";
@@ -72,7 +72,7 @@ TEST(CommandGate, AfterRemoteControlTheDriverMustCommandZeroFirst) {
   EXPECT_TRUE(robot.gate.asks_for_command(robot.now));
   (void)robot.steps(2, kDrive);
   robot.state.commanded = true;
-  EXPECT_EQ(robot.steps(10, kDrive), kZero) << "no zero since it accepts commands again";
+  EXPECT_EQ(robot.steps(10, kDrive), kZero) << "there has been no zero since it accepts commands again";
   (void)robot.step(kZero);
   EXPECT_EQ(robot.step(kDrive), kDrive);
 }
@@ -107,7 +107,7 @@ TEST(CommandGate, SendsZeroInEmergencyStopOnErrorsAndForAnotherDrive) {
   }
   Gate low_battery;
   low_battery.state.errors = 3;
-  EXPECT_EQ(low_battery.steps(5, kDrive), kDrive) << "a low battery is only reported";
+  EXPECT_EQ(low_battery.steps(5, kDrive), kDrive) << "a low battery is merely reported";
   EXPECT_THAT(low_battery.gate.take_reports(), ElementsAre(HasSubstr("battery"), HasSubstr("battery")));
 }
 

@@ -9,13 +9,13 @@
 namespace waymark {
 namespace {
 
-constexpr int kLearning = 32;          ///< messages until the estimated period is used
-constexpr int kWindow = 16;            ///< messages whose earliest arrival corrects phase and period
-constexpr double kPhaseShare = 0.25;   ///< of the lateness found in a window
-constexpr double kPeriodShare = 0.1;   ///< of the drift within a window
+constexpr int kLearning = 32;         ///< number of messages before the estimated period is used
+constexpr int kWindow = 16;           ///< number of messages whose earliest arrival corrects phase and period
+constexpr double kPhaseShare = 0.25;  ///< fraction of the lateness found in a window that corrects the phase
+constexpr double kPeriodShare = 0.1;  ///< fraction of the drift within a window that corrects the period
 constexpr double kMaxGapPeriods = 25;  ///< a longer silence restarts the estimate
-constexpr double kMinPeriod_s = 5e-4;  ///< a shorter one comes from a backlog of messages
-constexpr double kMissing = 0.6;       ///< a message is missing if even the earliest is this late [periods]
+constexpr double kMinPeriod_s = 5e-4;  ///< a shorter period results from a backlog of messages
+constexpr double kMissing = 0.6;  ///< if even the earliest message is this late, one is missing [periods]
 
 SensorTime time_of(double seconds) {
   return SensorTime(Duration(static_cast<std::int64_t>(std::round(seconds * 1e9))));
@@ -71,7 +71,7 @@ SensorTime FrameClock::stamp(Duration arrived, bool lost) {
 namespace {
 
 constexpr Duration kImuAge = std::chrono::milliseconds(200);
-constexpr double kMaxSpeedStep_m_s = 0.5;  ///< between two feedbacks
+constexpr double kMaxSpeedStep_m_s = 0.5;  ///< between two feedback messages
 constexpr double kMaxYawStep_rad = 0.35;   ///< between two yaw messages
 constexpr double kMaxStep_s = 0.5;
 
@@ -97,7 +97,7 @@ void LimoOdometry::receive_yaw(double yaw_rad, SensorTime stamp) {
     unconfirmed_yaw_ = yaw_rad;
     return;
   }
-  // A confirmed step is an IMU reset, not motion of the robot.
+  // A confirmed step is a reset of the IMU, not motion of the robot.
   if (sudden) odom_R_imu_rad_ -= turned(yaw_->value, yaw_rad);
   unconfirmed_yaw_.reset();
   yaw_ = Measured{yaw_ ? yaw_->value + turned(yaw_->value, yaw_rad) : yaw_rad, stamp};

@@ -1,4 +1,4 @@
-// Samples from LIMO's frames.
+// Tests the samples that are computed from LIMO's frames.
 #include "waymark/robots/limo/limo_bridge.hpp"
 
 #include <numbers>
@@ -12,7 +12,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A LIMO that drives a circle, and the bridge that receives its frames.
+/// A LIMO that drives in a circle, and the bridge that receives its frames.
 class Circle {
  public:
   explicit Circle(LimoDrive drive = LimoDrive::Differential) : drive_(drive) {}
@@ -46,12 +46,12 @@ class Circle {
 };
 
 TEST(LimoOdometry, CountsSlowTurnsBelowTheThresholdOfLimosDriver) {
-  // 0.08 rad/s is 0.092 degrees per message at 50 Hz, below the 0.1 degrees of LIMO's own driver.
+  // 0.08 rad/s is 0.092 degrees per message at 50 Hz, which is below the 0.1 degrees of LIMO's own driver.
   Circle robot;
   robot.drive(1, 0, 0);
   robot.drive(2 * std::numbers::pi / 0.08, 0.25, 0.08);
   EXPECT_NEAR(robot.newest.odom_T_base.yaw(), std::remainder(robot.yaw_rad_, 2 * std::numbers::pi), 0.002);
-  EXPECT_LT(robot.newest.odom_T_base.translation().norm(), 0.03) << "a circle of 19.6 m ends at its start";
+  EXPECT_LT(robot.newest.odom_T_base.translation().norm(), 0.03) << "a 19.6 m circle ends where it started";
   EXPECT_NEAR(robot.newest.yaw_rate_rad_s, 0.08, 2e-4);
 }
 
@@ -98,7 +98,7 @@ TEST(FrameClock, EstimatesPeriodicStampsFromDelayedArrivals) {
   Duration arrived_before{};
   for (int k = 0; k < 50 * 600; ++k) {
     const double sent_s = 100 + k * period_s;
-    // USB bridges deliver the bytes of 16 ms together.
+    // USB bridges deliver the bytes from 16 ms together.
     const double handed_s = std::ceil((sent_s + delay_s(random)) / 0.016) * 0.016;
     const Duration arrived = std::max(arrived_before, Duration(static_cast<std::int64_t>(handed_s * 1e9)));
     arrived_before = arrived;
@@ -112,7 +112,7 @@ TEST(FrameClock, EstimatesPeriodicStampsFromDelayedArrivals) {
     ++counted;
   }
   EXPECT_NEAR(*clock.period_s(), period_s, 1e-4);
-  EXPECT_LT(std::sqrt(squares / counted), 0.005) << "the arrivals have 13 ms";
+  EXPECT_LT(std::sqrt(squares / counted), 0.005) << "the arrival times vary by 13 ms";
 }
 
 TEST(FrameClock, LostMessagesDoNotShiftTheStamps) {
@@ -147,7 +147,7 @@ TEST(FrameClock, IgnoresTheRateOfABacklog) {
     ASSERT_LE(stamp.time_since_epoch(), arrived + Duration(64)) << k;
     before = stamp;
   }
-  EXPECT_GT(*clock.period_s(), 0.01) << "a zero period would make stamps not finite";
+  EXPECT_GT(*clock.period_s(), 0.01) << "a zero period would make timestamps non-finite";
 }
 
 TEST(FrameClock, RestartsAfterASilence) {

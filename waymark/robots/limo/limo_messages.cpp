@@ -49,7 +49,7 @@ std::optional<LimoFrame> LimoReader::next() {
   while (!found && at < bytes_.size()) {
     const auto rest = std::span<const std::uint8_t>(bytes_).subspan(at);
     if (begins(rest)) {
-      if (rest.size() < kLimoFrameBytes) break;  // more may come
+      if (rest.size() < kLimoFrameBytes) break;  // the rest may not have arrived yet
       const LimoFrame frame = frame_of(rest);
       if (checksum(frame) == rest[13]) {
         found = frame;
@@ -77,7 +77,7 @@ double int16_at(const LimoFrame& frame, std::size_t at) {
   return std::bit_cast<std::int16_t>(raw);
 }
 
-/// Rounds and clamps to the range of the integer type; zero for non-finite values.
+/// Rounds and clamps to the range of the integer type; returns zero for non-finite values.
 template <class Integer>
 Integer whole(double value) {
   if (!std::isfinite(value)) return 0;
@@ -217,7 +217,7 @@ double curvature_of_steering(double steering_rad) {
 double steering_of_curvature(double curvature) {
   const double size = std::abs(curvature);
   const double below =
-      1 - size * kLimoTrack_m / 2;  // <= 0: the centre of the turn is at or inside the inner wheel
+      1 - size * kLimoTrack_m / 2;  // zero or negative if the turning centre is at or inside the inner wheel
   const double steering =
       below > 0 ? std::atan2(size * kLimoWheelbase_m, below) : std::numeric_limits<double>::infinity();
   return std::copysign(std::min(steering, kLimoMaxSteering_rad), curvature);
@@ -229,7 +229,7 @@ LimoFrame encode_command(const VelocityCommand& command, LimoDrive drive) {
   const double speed_m_s = std::clamp(asked.speed_m_s, -kLimoTopSpeed_m_s, kLimoTopSpeed_m_s);
   if (drive != LimoDrive::Ackermann)
     return frame_of(LimoId::Motion, {speed_m_s / kMilli, asked.yaw_rate_rad_s / kMilli, 0, 0});
-  // Uses the curvature of the command, not that of the clamped speed.
+  // Uses the curvature of the command, not the curvature at the clamped speed.
   const double curvature =
       asked.yaw_rate_rad_s == 0
           ? 0

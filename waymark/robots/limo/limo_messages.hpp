@@ -20,7 +20,7 @@ namespace waymark {
 
 /// The message ids used here.
 enum class LimoId : std::uint16_t {
-  Motion = 0x111,       ///< to the robot: speed, yaw rate, lateral speed, steering
+  Motion = 0x111,       ///< to the robot: speed, yaw rate, lateral speed, steering angle
   ControlMode = 0x421,  ///< to the robot: requests control
   State = 0x211,
   MotionFeedback = 0x221,
@@ -44,14 +44,14 @@ struct LimoFrame {
 [[nodiscard]] std::uint8_t checksum(const LimoFrame& frame);
 [[nodiscard]] std::array<std::uint8_t, kLimoFrameBytes> encode(const LimoFrame& frame);
 
-/// Finds frames in a byte stream. After a frame with a wrong checksum it skips only one byte, so a frame that
-/// begins inside a damaged one is found. Buffers at most one frame and the bytes of the last add().
+/// Finds frames in a byte stream. After a frame with a wrong checksum it skips only one byte, so that a frame
+/// beginning inside a damaged one is found. Buffers at most one frame and the bytes from the last add().
 class LimoReader {
  public:
   void add(std::span<const std::uint8_t> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
   /// The next complete frame.
   [[nodiscard]] std::optional<LimoFrame> next();
-  /// Number of bytes so far that belonged to no frame.
+  /// Number of bytes so far that did not belong to any frame.
   [[nodiscard]] std::uint64_t skipped() const { return skipped_; }
 
  private:
@@ -59,9 +59,10 @@ class LimoReader {
   std::uint64_t skipped_ = 0;
 };
 
-// Decoding and encoding of LIMO's frames, in SI units (limo_driver.cpp of AgileX Robotics' limo_ros2).
+// Decodes and encodes LIMO's frames, in SI units (limo_driver.cpp in AgileX Robotics' limo_ros2).
 
-/// LIMO's drive, determined by how its wheels are mounted and latched. With tracks LIMO reports Differential.
+/// LIMO's drive, determined by how its wheels are mounted and latched. With tracks, LIMO reports
+/// Differential.
 enum class LimoDrive : std::uint8_t { Differential, Ackermann, Mecanum, Tracked };
 
 /// "differential", "ackermann", "mecanum", "tracked".
@@ -72,41 +73,41 @@ enum class LimoDrive : std::uint8_t { Differential, Ackermann, Mecanum, Tracked 
 inline constexpr double kLimoTopSpeed_m_s = 1.0;
 inline constexpr double kLimoWheelbase_m = 0.2;
 inline constexpr double kLimoTrack_m = 0.172;
-inline constexpr double kLimoMaxSteering_rad = 0.48869;  ///< of the inner wheel
-inline constexpr double kLimoSteeringScale = 2.47;       ///< angle of the inner wheel / angle in the message
+inline constexpr double kLimoMaxSteering_rad = 0.48869;  ///< angle of the inner wheel
+inline constexpr double kLimoSteeringScale = 2.47;  ///< ratio of inner wheel angle to angle in the message
 
 /// 0x221: motion measured by the wheels.
 struct LimoMotion {
   double speed_m_s = 0;
   double yaw_rate_rad_s = 0;
-  double lateral_m_s = 0;   ///< to the left; with Mecanum wheels
-  double steering_rad = 0;  ///< of the inner front wheel, to the left; with Ackermann steering
+  double lateral_m_s = 0;   ///< to the left, for Mecanum wheels
+  double steering_rad = 0;  ///< of the inner front wheel, positive to the left, for Ackermann steering
 };
 
 /// 0x211.
 struct LimoState {
   enum class Vehicle : std::uint8_t { Normal, EmergencyStop, Exception };
   Vehicle vehicle = Vehicle::Normal;
-  bool commanded =
-      false;  ///< accepts commands from this port; if false, only from the remote control or none
+  bool commanded = false;  ///< whether LIMO accepts commands from this port; if false, only from the remote
+                           ///< control or not at all
   double battery_V = 0;
   std::uint16_t errors = 0;
   LimoDrive drive = LimoDrive::Differential;
 };
 
-/// 0x311: distance rolled by the wheels of each side since power-on.
+/// 0x311: distance rolled by the wheels on each side since power-on.
 struct LimoOdometer {
   double left_m = 0;
   double right_m = 0;
 };
 
-/// Fails on implausible values, as in a damaged frame whose checksum happens to be correct.
+/// Fails if values are implausible, as in a damaged frame whose checksum happens to be correct.
 [[nodiscard]] Result<LimoMotion> decode_motion(const LimoFrame& frame);
 [[nodiscard]] Result<LimoState> decode_state(const LimoFrame& frame);
 [[nodiscard]] LimoOdometer decode_odometer(const LimoFrame& frame);
 [[nodiscard]] Eigen::Vector3d decode_acceleration_m_s2(const LimoFrame& frame);
 [[nodiscard]] Eigen::Vector3d decode_angular_velocity_rad_s(const LimoFrame& frame);
-/// Yaw, pitch, roll; counter-clockwise.
+/// Yaw, pitch and roll, counter-clockwise.
 [[nodiscard]] Eigen::Vector3d decode_attitude_rad(const LimoFrame& frame);
 
 [[nodiscard]] LimoFrame encode_motion_feedback(const LimoMotion& motion);
@@ -118,21 +119,21 @@ struct LimoOdometer {
 
 /// 0x421: requests control. Mecanum wheels must be declared; LIMO detects the other drives from its latches.
 [[nodiscard]] LimoFrame take_command(LimoDrive drive);
-/// 0x111 for a velocity of the body, limited to LIMO's maximum speed. With Ackermann steering the angle of
-/// the inner front wheel follows from the curvature (yaw rate / speed), limited to its maximum. Turning on
-/// the spot is then impossible: the wheels steer, but the robot does not move.
+/// 0x111 for a velocity of the body, limited to LIMO's maximum speed. With Ackermann steering, the angle of
+/// the inner front wheel is computed from the curvature (yaw rate / speed) and limited to its maximum.
+/// Turning on the spot is then impossible: the wheels steer, but the robot does not move.
 [[nodiscard]] LimoFrame encode_command(const VelocityCommand& command, LimoDrive drive);
-/// The velocity of the body in a frame 0x111; the inverse of encode_command().
+/// The velocity of the body in a 0x111 frame; the inverse of encode_command().
 [[nodiscard]] VelocityCommand decode_command(const LimoFrame& frame, LimoDrive drive);
 
-/// Converts the angle of the inner front wheel [rad] to the path curvature of the rear axle's midpoint [1/m],
-/// positive to the left, and back.
+/// Converts the angle of the inner front wheel [rad] to the path curvature at the midpoint of the rear axle
+/// [1/m], positive to the left, and back.
 [[nodiscard]] double curvature_of_steering(double steering_rad);
 [[nodiscard]] double steering_of_curvature(double curvature);
 
-/// The bits of LimoState::errors that forbid driving: motors, steering, drive.
+/// The bits in LimoState::errors that prohibit driving: motors, steering, drive.
 inline constexpr std::uint16_t kLimoStoppingErrors = 0x01F8;
-/// A message per set error bit.
+/// One message for each error bit that is set.
 [[nodiscard]] std::vector<std::string> limo_error_texts(std::uint16_t errors);
 
 }  // namespace waymark

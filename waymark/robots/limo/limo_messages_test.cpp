@@ -1,4 +1,4 @@
-// Frames of LIMO: decoding, encoding, and finding them among damaged bytes.
+// Tests decoding and encoding LIMO's frames, and finding them among damaged bytes.
 #include "waymark/robots/limo/limo_messages.hpp"
 
 #include <cmath>
@@ -33,7 +33,7 @@ std::vector<LimoFrame> frames_in(const Bytes& bytes, std::size_t piece = 1000) {
 }
 
 TEST(LimoFrame, HasTheBytesOfLimosOwnDriver) {
-  // limo_driver.cpp of AgileX, setMotionCommand(0.3, -0.5, 0, 0) and sendFrame(), by hand.
+  // limo_driver.cpp from AgileX, setMotionCommand(0.3, -0.5, 0, 0) and sendFrame(), evaluated by hand.
   EXPECT_THAT(encode(encode_command({0.3, -0.5}, LimoDrive::Differential)),
               ElementsAre(0x55, 0x0E, 0x01, 0x11, 0x01, 0x2C, 0xFE, 0x0C, 0, 0, 0, 0, 0, 0x37));
   EXPECT_THAT(encode(take_command(LimoDrive::Ackermann)),
@@ -59,11 +59,11 @@ TEST(LimoReader, FindsAFrameThatBeginsInsideADamagedOne) {
     Bytes wire = bytes_of(encode_acceleration({1, -2, 9.81}));
     wire.resize(torn);
     wire.insert(wire.end(), good.begin(), good.end());
-    EXPECT_THAT(frames_in(wire), ElementsAre(whole)) << torn << " bytes of the frame before";
+    EXPECT_THAT(frames_in(wire), ElementsAre(whole)) << torn << " bytes of the previous frame";
   }
   Bytes doubled = good;
   doubled.insert(doubled.begin(), 0x55);
-  EXPECT_THAT(frames_in(doubled), ElementsAre(whole)) << "the first byte of the header twice";
+  EXPECT_THAT(frames_in(doubled), ElementsAre(whole)) << "the first byte of the header, repeated";
 }
 
 TEST(LimoReader, FindsMostFramesInNoiseAndFewFalseOnes) {
@@ -78,7 +78,7 @@ TEST(LimoReader, FindsMostFramesInNoiseAndFewFalseOnes) {
     bool is_damaged = false;
     for (const std::uint8_t value : bytes_of(sent.back())) {
       const double fate = chance(random);
-      if (fate >= 0.001) wire.push_back(value);  // lost
+      if (fate >= 0.001) wire.push_back(value);  // otherwise the byte is lost
       if (fate >= 0.001 && fate < 0.002) wire.push_back(value);
       if (fate > 0.999) wire.back() = static_cast<std::uint8_t>(byte(random));
       if (fate > 0.998 && fate < 0.999) wire.push_back(static_cast<std::uint8_t>(byte(random)));
@@ -97,7 +97,7 @@ TEST(LimoReader, FindsMostFramesInNoiseAndFewFalseOnes) {
       at = static_cast<std::size_t>(same - sent.begin()) + 1;
   }
   EXPECT_GT(damaged, 800);
-  // Some damage is harmless (a byte between two frames, a doubled first one), so at most the damaged frames
+  // Some damage is harmless (a byte between two frames, a repeated first byte), so at most the damaged frames
   // are lost.
   EXPECT_GE(found.size() - false_frames, sent.size() - static_cast<std::size_t>(damaged));
   EXPECT_LT(false_frames, static_cast<std::size_t>(damaged) / 20) << "of " << damaged;

@@ -39,7 +39,7 @@ class LimoRobot final : public WireLoop {
                                      "cable of its mainboard is plugged in; if it does not respond, restart "
                                      "it"}}) {}
 
-  /// Opens its port, before run().
+  /// Opens the port; to be called before run().
   Status open() {
     auto port = open_serial_port(options_.port);
     if (!port) return tl::unexpected(port.error());
@@ -56,7 +56,7 @@ class LimoRobot final : public WireLoop {
                 "Create it: mkfifo " + options_.beside);
   }
 
-  /// Requests control instead of the sender, whose input has ended.
+  /// Requests control in place of the sender, whose input has ended.
   void request_control() {
     constexpr Duration kEvery = std::chrono::milliseconds(50);
     if (listens() || steady_now() - asked_at_ < kEvery) return;
@@ -72,7 +72,7 @@ class LimoRobot final : public WireLoop {
     put(encode_command(passed, gate_.drive()));
   }
 
-  /// Ignores errors, because frames are repeated soon.
+  /// Ignores errors, because frames are soon repeated.
   void put(const LimoFrame& frame) {
     const auto bytes = encode(frame);
     std::size_t written = 0;
@@ -126,14 +126,15 @@ class LimoRobot final : public WireLoop {
     std::string bytes;
     if (!beside_.open() || read_some(beside_.number(), bytes) != Moved::Some) return;
     lines_.add(bytes);
-    // Lines before the hello belong to an earlier drive. A previous reader may have left half a line.
+    // Lines that arrive before the hello belong to an earlier drive. A previous reader may have left half a
+    // line.
     while (const auto line = lines_.next())
       if (greeted() && line->text.starts_with('{') && line->text.ends_with('}'))
         output().write({line->text + "\n"});
   }
 
-  /// True if LIMO accepts commands, or sends and no control was requested. If the input ends before LIMO
-  /// accepts commands (/dev/null), the process ends afterwards.
+  /// True if LIMO accepts commands, or if it sends data and no control was requested. If the input ends
+  /// before LIMO accepts commands (/dev/null), the process ends afterwards.
   Result<bool> ready() override {
     if (input_ended()) request_control();
     const std::scoped_lock lock(mutex_);
@@ -146,7 +147,7 @@ class LimoRobot final : public WireLoop {
                   state->drive == LimoDrive::Ackermann
                       ? "Set `robot_file=limo-ackermann`, or turn the latches."
                       : "Set `robot_file=limo`, or turn the latches.");
-    // The driving program has not requested control and may be waiting for the hello before its first
+    // The driving program has not requested control and may be waiting for the hello before sending its first
     // command.
     const bool unasked = role() == InputRole::Unknown && !input_ended() && waited() >= kMaxWaitForInput;
     return gate_.ready() || ((unasked || listens()) && gate_.has_state());
@@ -185,11 +186,11 @@ class LimoRobot final : public WireLoop {
       const std::scoped_lock lock(mutex_);
       reports = gate_.take_reports();
     }
-    if (listens()) return;  // the reports concern commands
+    if (listens()) return;  // the reports are about commands
     for (const std::string& report : reports) output().report(report);
   }
 
-  /// Reports about the silence of LIMO, or only of its IMU.
+  /// Reports on the silence of LIMO or only of its IMU.
   std::vector<std::string> silence_reports(Duration now) override {
     if (!greeted()) return {};
     const Duration silent = now - frame_at_;
@@ -215,7 +216,7 @@ class LimoRobot final : public WireLoop {
   std::uint64_t bytes_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t skipped_ = 0;
-  Duration frame_at_{};  ///< arrival of the newest frame
+  Duration frame_at_{};  ///< arrival time of the newest frame
   SilenceReports silence_;
   bool had_imu_ = true;
 };

@@ -12,16 +12,16 @@ namespace waymark {
 struct LimoRobotOptions {
   std::string port{};
   LimoDrive drive = LimoDrive::Differential;
-  std::string beside{};  ///< named pipe with additional lines of a robot process, stamped by this computer's
-                         ///< steady clock
-  bool simulated = false;  ///< a simulated LIMO, as the hello then declares
+  std::string beside{};  ///< named pipe with additional lines for a robot process, with timestamps from this
+                         ///< computer's steady clock
+  bool simulated = false;  ///< whether LIMO is simulated, as the hello then declares
 };
 
-/// User settings of LIMO's process.
+/// User settings for LIMO's process.
 struct LimoRobotSettings {
-  LimoRobotOptions options{};  ///< except the drive
+  LimoRobotOptions options{};  ///< all options except the drive
   std::string robot_file = "limo";
-  std::string drive{};  ///< a name for parse_limo_drive(); empty: that of the robot file
+  std::string drive{};  ///< a name for parse_limo_drive(); the drive in the robot file if empty
   bool listen_only = false;
 
   template <class Self, class Visitor>
@@ -48,13 +48,13 @@ struct LimoRobotSettings {
   }
 };
 
-/// The drive of a robot file: Ackermann or Differential.
+/// The drive according to a robot file: Ackermann or Differential.
 [[nodiscard]] LimoDrive drive_of(const RobotDescription& robot);
 
-/// Runs the process of a LIMO (docs/formats/robot-process.md): holds its serial port and sends commands 25
-/// times a second until the input ends. Sends zero if commands cease, and at the end. Writes the hello once
-/// LIMO sends and accepts commands. Fails if the port cannot be opened or is disconnected, if LIMO does not
-/// answer or accept commands, or if its drive differs from the robot file.
+/// Runs the process for a LIMO (docs/formats/robot-process.md): keeps its serial port open and sends commands
+/// 25 times a second until the input ends. Sends zero if commands cease, and at the end. Writes the hello
+/// once LIMO sends data and accepts commands. Fails if the port cannot be opened or is disconnected, or if
+/// LIMO does not answer or accept commands. Also fails if its drive differs from the robot file.
 [[nodiscard]] Status run_limo_robot(const RobotDescription& robot, const LimoRobotOptions& options,
                                     const RobotWire& wire);
 

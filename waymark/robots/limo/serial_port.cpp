@@ -22,7 +22,7 @@ namespace waymark {
 namespace {
 
 /// The error for a port that another program has locked (as this program does) or has open without a lock, so
-/// that it would consume part of LIMO's bytes. The simulator behind a pseudo-terminal does not count.
+/// that it would consume some of LIMO's bytes. The simulator behind a pseudo-terminal is ignored.
 Error in_use(const std::string& path, bool without_lock = false) {
   const std::string holder = holder_of(path, !without_lock);
   const bool ours = holder.starts_with("waymark");

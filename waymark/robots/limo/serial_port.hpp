@@ -13,21 +13,21 @@
 namespace waymark {
 
 /// Opens a serial port (or a pseudo-terminal) exclusively and sets it to 460800 baud, 8 bits, no parity, one
-/// stop bit, raw, non-blocking. Errors: NotFound (no such port; lists the available ones), Unreadable (no
-/// permission, with the required group; in use, with the program that uses it), Unsupported (not a serial
+/// stop bit, raw and non-blocking. Errors: NotFound (no such port; lists those available), Unreadable (no
+/// permission, with the required group; or in use, with the program that uses it), Unsupported (not a serial
 /// port).
 [[nodiscard]] Result<Descriptor> open_serial_port(const std::string& path);
 
-/// Paths of this computer's ports to which a LIMO may be connected, sorted.
+/// Paths of the ports on this computer to which a LIMO may be connected, sorted.
 [[nodiscard]] std::vector<std::string> list_serial_ports();
 
-/// Data received over LIMO's port while nothing was sent.
+/// Data received on LIMO's port while nothing was sent.
 struct LimoPortActivity {
   std::uint64_t bytes = 0;
-  std::uint64_t skipped_bytes = 0;  ///< bytes outside frames
+  std::uint64_t skipped_bytes = 0;  ///< number of bytes outside frames
   std::uint64_t frames = 0;
-  double motion_rate_hz = 0;         ///< of 0x221
-  double gyro_rate_hz = 0;           ///< of 0x322
+  double motion_rate_hz = 0;         ///< rate of 0x221
+  double gyro_rate_hz = 0;           ///< rate of 0x322
   std::optional<LimoState> state{};  ///< newest state
 };
 

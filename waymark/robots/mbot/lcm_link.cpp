@@ -30,7 +30,7 @@ namespace {
   F(lcm_publish) F(lcm_handle_timeout)
 // clang-format on
 
-/// The functions of liblcm used here, looked up on first use.
+/// The functions from liblcm that are used here, looked up on first use.
 struct Liblcm {
 // NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration
 #define WAYMARK_LCM_MEMBER(name) decltype(&::name) name = nullptr;
@@ -49,8 +49,8 @@ Result<Liblcm> load() {
               "Install it: sudo apt install liblcm1");
 }
 
-/// The library, loaded by the first call and kept. Unsupported if it is missing, with the package in the
-/// hint. May be called from any thread.
+/// The library, loaded by the first call and kept from then on. Fails with Unsupported if it is missing; the
+/// hint contains the package. May be called from any thread.
 Result<const Liblcm*> liblcm() {
   static const Result<Liblcm> loaded = load();
   if (!loaded) return tl::unexpected(loaded.error());
@@ -141,7 +141,7 @@ Result<std::unique_ptr<LcmLink>> open_lcm(const std::string& address) {
 
 namespace {
 
-/// Whether the digits form a number of at most `max`.
+/// Whether the digits form a number that is at most `max`.
 bool at_most(const std::string& digits, unsigned long max) {
   unsigned long value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
@@ -184,7 +184,7 @@ void Presence::publish(LcmLink& link, const char* channel) {
   next_ = now + kPeriod;
   const std::string name = name_of_this_process();
   const Bytes payload(name.begin(), name.end());
-  (void)link.publish(channel, payload);  // best effort: it is repeated soon
+  (void)link.publish(channel, payload);  // best effort, because it is soon repeated
 }
 
 Status no_mbot_at(const std::string& address) {

@@ -12,14 +12,14 @@
 
 namespace waymark {
 
-/// The default address of LCM; with ttl=0 messages stay on this computer.
+/// The default LCM address; with ttl=0, messages stay on this computer.
 inline constexpr const char* kLcmDefaultAddress = "udpm://239.255.76.67:7667?ttl=0";
 
 struct LcmMessage {
   std::string channel{};
   Bytes payload{};
-  Duration arrived{};            ///< steady clock
-  std::int64_t received_us = 0;  ///< since 1970, by this computer's clock
+  Duration arrived{};            ///< time on the steady clock
+  std::int64_t received_us = 0;  ///< since 1970, according to this computer's clock
 };
 
 /// A connection to an LCM network (Huang, Olson and Moore, "LCM: Lightweight Communications and Marshalling",
@@ -30,20 +30,20 @@ class LcmLink {
   LcmLink(const LcmLink&) = delete;
   LcmLink& operator=(const LcmLink&) = delete;
 
-  /// Subscribes to all channels whose whole name matches the regular expression. At most a thousand messages
+  /// Subscribes to all channels whose full name matches the regular expression. At most a thousand messages
   /// are queued.
   virtual Status subscribe(const std::string& channels) = 0;
   /// May be called from any thread. Fails if the message cannot be sent.
   virtual Status publish(const std::string& channel, ByteSpan payload) = 0;
-  /// The oldest queued message; empty if none arrives within `timeout`.
+  /// The oldest queued message; `nullopt` if none arrives within `timeout`.
   virtual Result<std::optional<LcmMessage>> next(Duration timeout) = 0;
 
  protected:
   LcmLink() = default;
 };
 
-/// Checks the address of a UDP multicast group, "udpm://239.255.76.67:7667?ttl=0". An empty text means the
-/// default address. Fails with the reason on an invalid address.
+/// Checks the address of a UDP multicast group, such as "udpm://239.255.76.67:7667?ttl=0". An empty text
+/// selects the default address. Fails with the reason if the address is invalid.
 [[nodiscard]] Result<std::string> lcm_address(const std::string& text);
 
 /// Joins the group. Fails if liblcm is missing or no network is available.
@@ -51,11 +51,11 @@ class LcmLink {
 
 // Channels on which Waymark programs announce themselves, because LCM messages do not contain their sender.
 
-/// Channels of a simulated MBot (`waymark robot-sim mbot=true`) and of the driving program.
+/// Channels used by a simulated MBot (`waymark robot-sim mbot=true`) and by the driving program.
 inline constexpr const char* kSimulatorChannel = "WAYMARK_SIMULATOR";
 inline constexpr const char* kDriverChannel = "WAYMARK_DRIVER";
 
-/// Publishes the name of this process on a channel, as text, at most ten times a second.
+/// Publishes the name of this process on a channel as text, at most ten times a second.
 class Presence {
  public:
   void publish(LcmLink& link, const char* channel);
@@ -64,11 +64,11 @@ class Presence {
   Duration next_{};
 };
 
-/// Fails if an MBot is detected at this address within 0.4 s. Two robots on one network would obey the same
-/// driver, and their samples would be indistinguishable. A simulated MBot checks this before it starts.
+/// Fails if an MBot is detected at this address within 0.4 s. Two robots on the same network would obey the
+/// same driver, and their samples would be indistinguishable. A simulated MBot checks this before it starts.
 [[nodiscard]] Status no_mbot_at(const std::string& address);
 
-/// The name in such a message in printable form, at most 120 bytes.
+/// The name in such a message, in printable form and limited to 120 bytes.
 [[nodiscard]] std::string presence_of(ByteSpan payload);
 
 }  // namespace waymark

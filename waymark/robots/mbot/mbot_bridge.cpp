@@ -14,11 +14,11 @@ constexpr Duration kListen = std::chrono::seconds(1);
 constexpr std::uint64_t kMinTags = 10;
 constexpr std::uint64_t kMinImus = 10;
 constexpr std::size_t kMaxHeldMessages = 400;
-constexpr const char* kTruthChannel = "TRUE_POSE";  // of a simulator
+constexpr const char* kTruthChannel = "TRUE_POSE";  // published by a simulator
 constexpr std::int64_t kMaxStamp_us = std::int64_t{1} << 52U;
 constexpr double kMaxClockOffset_s = 0.1;
 
-/// The name of a sample's stream, for reports.
+/// The stream name of a sample, for reports.
 std::string stream_of(const Sample& sample) {
   if (std::holds_alternative<Odometry>(sample)) return "odometry";
   if (std::holds_alternative<ImuSample>(sample)) return "the IMU";
@@ -181,7 +181,7 @@ void MbotBridge::compare_clock(const LcmMessage& message) {
       std::abs(behind_s), behind_s > 0 ? "behind" : "ahead of", message.channel));
 }
 
-/// Reports each problem of the decoders once, and damage again each time its count has doubled.
+/// Reports each decoding problem once, and damaged messages again each time their number has doubled.
 void MbotBridge::note_problems() {
   for (const LogProblem& problem : problems_.list()) {
     std::uint64_t& reported = reported_[problem.key];

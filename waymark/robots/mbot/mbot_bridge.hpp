@@ -19,29 +19,29 @@ namespace waymark {
 
 struct MbotBridgeOptions {
   std::string robot = "mbot";  ///< name of the robot
-  /// Time from the exposure of an image to the stamp of its tags, which are stamped when published.
+  /// Time from the exposure of an image to the timestamp of its tags, which are stamped when published.
   Duration tag_latency = std::chrono::milliseconds(65);
 };
 
-/// Converts the messages of an MBot to the lines of a robot process (docs/formats/robot-process.md), using
-/// the decoders and conventions of its logs. Publishers have different conventions and do not declare them,
-/// so the first messages are held back until the conventions are determined, usually for at most a second. A
-/// message without a stamp (utime 0) is stamped with the robot's time at its arrival. Messages that cannot be
-/// decoded, have an unknown fingerprint or a misleading stamp are dropped, counted and reported. Pure: time
-/// is read from the messages.
+/// Converts the messages from an MBot to the lines of a robot process (docs/formats/robot-process.md), using
+/// the same decoders and conventions as for its logs. Publishers use different conventions without declaring
+/// them, so the first messages are held back until the conventions are determined, usually for at most a
+/// second. A message without a timestamp (utime 0) is given the robot's time at its arrival. Messages are
+/// dropped, counted and reported if they cannot be decoded or have an unknown fingerprint or a misleading
+/// timestamp. Pure: time is read from the messages.
 class MbotBridge {
  public:
   explicit MbotBridge(const MbotBridgeOptions& options = {});
   MbotBridge(const MbotBridge&) = delete;
   MbotBridge& operator=(const MbotBridge&) = delete;
 
-  /// The lines of a message, and of earlier messages that were held back.
+  /// The lines for a message, and for earlier messages that were held back.
   [[nodiscard]] std::vector<std::string> receive(LcmMessage message);
   /// The reports for the user since the last call, as log lines.
   [[nodiscard]] std::vector<std::string> take_reports();
   /// Number of dropped messages.
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
-  /// Whether odometry was received.
+  /// Whether odometry has been received.
   [[nodiscard]] bool speaks() const { return gate_.offset().has_value(); }
 
  private:
@@ -65,23 +65,23 @@ class MbotBridge {
   mbot::Conventions conventions_{};
   bool imu_determined_ = false;
   bool tags_determined_ = false;
-  bool listening_ = true;  ///< all messages are held back
+  bool listening_ = true;  ///< whether all messages are being held back
   std::optional<Duration> first_{};
   std::deque<LcmMessage> held_{};
-  Duration arrived_{};  ///< of the message being decoded
+  Duration arrived_{};  ///< arrival time of the message being decoded
   ArrivalClock clock_{};
   LogProblems problems_{};
   std::map<std::string, std::uint64_t> reported_{};
   MessageLog::SampleVisitor visitor_;
   mbot::Samples samples_;
-  std::vector<Stamped> early_{};  ///< before the first odometry
+  std::vector<Stamped> early_{};  ///< samples received before the first odometry
   StampGate gate_{};
-  RobotMessageReader check_{"LCM"};  ///< rejects the lines that the reader of the other process would reject
+  RobotMessageReader check_{"LCM"};  ///< rejects lines that the reader in the other process would reject
   std::int64_t checked_ = 0;
   std::vector<std::string> lines_{};
   DropReports drops_{};
   std::uint64_t dropped_ = 0;
-  std::set<std::string> compared_{};  ///< channels whose clock was reported
+  std::set<std::string> compared_{};  ///< channels whose clock has been reported
   std::vector<std::string> pending_{};
 };
 

@@ -21,7 +21,7 @@ using ::testing::IsEmpty;
 
 constexpr std::int64_t kSwitchedOn_us = 1'713'214'583'000'000;
 
-/// Sends an MBot's messages to the bridge and collects its samples.
+/// Sends MBot messages to the bridge and collects its samples.
 class Wire {
  public:
   explicit Wire(std::int64_t utime_us = kSwitchedOn_us) : utime_us_(utime_us) {
@@ -45,7 +45,7 @@ class Wire {
     for (const std::string& line : bridge.take_reports()) reports += line;
   }
   void wait(std::int64_t ms) { now_ms_ += ms; }
-  /// The messages of a first-generation (Jetson) publisher in 40 ms.
+  /// The messages that a first-generation (Jetson) publisher sends in 40 ms.
   void send_period() {
     wait(40);
     send("MBOT_ODOMETRY", mbot::Pose2D{.x = 1, .y = 2, .theta = 0.5F});
@@ -53,7 +53,8 @@ class Wire {
     send("MBOT_IMU", mbot::Imu{.gyro = {0, 0, 0.1F}, .accel = {0, 0, -9.7F}});
     send("MBOT_APRILTAG_ARRAY", mbot::TagArray{.tags = {tag()}});
   }
-  /// Millimetres, degrees, x y z w; 1.6 m ahead, turned by 150 degrees about x and a little about the others.
+  /// In millimetres and degrees, quaternion order x y z w; 1.6 m ahead, turned by 150 degrees about x and
+  /// slightly about the other axes.
   static mbot::Tag tag() {
     const Eigen::Quaterniond q = SO3::from_rpy(150 * kDegree, 10 * kDegree, -20 * kDegree).quaternion();
     const auto f = [](double x) { return static_cast<float>(x); };
@@ -76,7 +77,7 @@ class Wire {
 
  private:
   static constexpr double kDegree = 0.017453292519943295;
-  static constexpr std::int64_t kHere_us = 1'790'000'000'000'000;  // another clock
+  static constexpr std::int64_t kHere_us = 1'790'000'000'000'000;  // time on a different clock
   RobotMessageReader other_side_{"test"};
   std::int64_t utime_us_;
   std::int64_t now_ms_ = 0;
@@ -87,14 +88,14 @@ TEST(MbotBridge, ConvertsMessagesToLines) {
   Wire wire;
   for (int i = 0; i < 20; ++i) wire.send_period();
   const auto odometry = wire.of<Odometry>();
-  ASSERT_EQ(odometry.size(), 20U) << "none is lost while the conventions are determined";
+  ASSERT_EQ(odometry.size(), 20U) << "no message is lost while the conventions are being determined";
   EXPECT_EQ(odometry[0].stamp, SensorTime(std::chrono::microseconds(kSwitchedOn_us + 40'000)));
-  EXPECT_NEAR(odometry[0].speed_m_s, 0.3, 1e-6) << "joined with the speed of the same utime";
+  EXPECT_NEAR(odometry[0].speed_m_s, 0.3, 1e-6) << "joined with the speed that has the same utime";
   EXPECT_EQ(wire.of<ImuSample>().size(), 20U);
   EXPECT_NEAR(wire.of<ImuSample>()[0].linear_acceleration_m_s2.z(), 9.7, 1e-5) << "specific force points up";
   const auto tags = wire.of<TagPoseFrame>();
   ASSERT_EQ(tags.size(), 20U);
-  EXPECT_EQ(tags[0].stamp, odometry[0].stamp - milliseconds(65)) << "stamped when published";
+  EXPECT_EQ(tags[0].stamp, odometry[0].stamp - milliseconds(65)) << "stamped when it was published";
   ASSERT_EQ(tags[0].tags.size(), 1U);
   EXPECT_EQ(to_string(tags[0].tags[0].tag), "tagCustom48h12:7");
   EXPECT_NEAR(tags[0].tags[0].cam_T_tag.translation().z(), 1.635, 1e-6);
@@ -106,7 +107,7 @@ TEST(MbotBridge, AMessageWithoutStampGetsTheRobotsTimeOfItsArrival) {
   Wire wire;
   for (int i = 0; i < 20; ++i) wire.send_period();
   wire.wait(20);
-  Bytes unstamped = mbot::encode(mbot::TagArray{.tags = {Wire::tag()}});  // utime 0
+  Bytes unstamped = mbot::encode(mbot::TagArray{.tags = {Wire::tag()}});  // with utime 0
   wire.send_bytes("MBOT_APRILTAG_ARRAY", std::move(unstamped));
   const TagPoseFrame newest = wire.of<TagPoseFrame>().back();
   const SensorTime now(std::chrono::microseconds(kSwitchedOn_us + 820'000));
@@ -143,7 +144,7 @@ TEST(MbotBridge, WithoutTagsMessagesPassAfterASecond) {
     wire.send("MBOT_IMU", mbot::Imu{.accel = {0, 0, 9.7F}});
     EXPECT_EQ(wire.bridge.speaks(), i > 25) << i;
   }
-  EXPECT_GE(wire.of<Odometry>().size(), 29U) << "the newest waits for its speed";
+  EXPECT_GE(wire.of<Odometry>().size(), 29U) << "the newest message waits for its speed";
 }
 
 TEST(MbotBridge, CountsAndReportsUnknownFingerprints) {
@@ -178,7 +179,7 @@ TEST(MbotBridge, StampsOfAnotherClockAreDropped) {
   EXPECT_THAT(wire.reports, HasSubstr("the IMU"));
 }
 
-/// Every line is readable, and all other messages are counted as dropped.
+/// Every line must be readable, and all other messages must be counted as dropped.
 TEST(MbotBridge, HostilePayloadsAreDroppedAndCounted) {
   Random random(11);
   Wire wire;

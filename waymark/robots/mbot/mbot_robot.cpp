@@ -21,19 +21,19 @@ namespace waymark {
 namespace {
 
 constexpr Duration kSlice = std::chrono::milliseconds(50);
-constexpr Duration kSilence = std::chrono::milliseconds(200);  // five messages of odometry
+constexpr Duration kSilence = std::chrono::milliseconds(200);  // the time for five odometry messages
 constexpr Duration kGone = std::chrono::seconds(2);
 constexpr const char* kCommandChannel = "MBOT_VEL_CMD";
 constexpr const char* kOtherDriver =
     "another program also sends MBOT_VEL_CMD, and the robot obeys both in turn: stop the other program";
-/// Messages of mbot_lcm_base (sensors, the robot's time, commands of other drivers), and Waymark's own
+/// Messages from mbot_lcm_base (sensors, the robot's time, commands from other drivers), and Waymark's own
 /// channels.
 constexpr const char* kChannels =
     "MBOT_ODOMETRY|MBOT_VEL|MBOT_IMU|MBOT_ENCODERS|MBOT_APRILTAG_ARRAY|LIDAR|MBOT_TIMESYNC|MBOT_VEL_CMD|TRUE_"
     "POSE|WAYMARK_SIMULATOR|WAYMARK_DRIVER";
 
-/// Recognises this program's own commands by their stamps, because LCM also delivers a program's own
-/// messages.
+/// Recognises this program's own commands by their timestamps, because LCM also delivers messages to the
+/// program that sent them.
 class OwnCommands {
  public:
   Bytes make(const VelocityCommand& command) {
@@ -53,7 +53,7 @@ class OwnCommands {
 
  private:
   std::mutex mutex_{};
-  std::array<std::int64_t, 100> sent_{};  // of the last seconds
+  std::array<std::int64_t, 100> sent_{};  // stamps from the last few seconds
   std::size_t next_ = 0;
   std::int64_t newest_ = 0;
 };
@@ -78,7 +78,7 @@ class MbotRobot final : public WireLoop {
         senders_(options.share_commands),
         silence_(kSilence, reports_of_silence(options.address)) {}
 
-  /// Joins the network, before run().
+  /// Joins the network; to be called before run().
   Status join() {
     auto link = open_lcm(options_.address);
     if (!link) return tl::unexpected(link.error());
@@ -102,7 +102,7 @@ class MbotRobot final : public WireLoop {
     if (driven_) output().report(kOtherDriver);
     write_newest();
   }
-  /// Ignores errors, because commands are repeated soon and the robot has its own watchdog.
+  /// Ignores errors, because commands are soon repeated and the robot has its own watchdog.
   void send(const VelocityCommand& command) override {
     (void)link_->publish(kCommandChannel, own_.make(silence() > kSilence ? VelocityCommand{} : command));
   }
@@ -124,7 +124,7 @@ class MbotRobot final : public WireLoop {
                             "ttl=1, so that messages leave its computer.")};
   }
 
-  /// Time since the newest odometry; zero is sent to a silent robot. May be called from any thread.
+  /// Time since the newest odometry; if the robot is silent, zero is sent. May be called from any thread.
   [[nodiscard]] Duration silence() const { return steady_now() - newest_odometry_.load(); }
 
   void receive(LcmMessage message) {
@@ -165,11 +165,11 @@ class MbotRobot final : public WireLoop {
   Presence presence_{};
   OwnCommands own_{};
   std::atomic<Duration> newest_odometry_ = Duration(0);
-  std::vector<std::string> newest_lines_{};  ///< of the newest message, including before the hello
-  bool driven_ = false;                      ///< another program also sends commands
+  std::vector<std::string> newest_lines_{};  ///< lines of the newest message, also before the hello
+  bool driven_ = false;                      ///< whether another program also sends commands
   bool simulated_ = false;
-  std::string driver_{};              ///< another Waymark that commands the robot
-  std::set<std::string> channels_{};  ///< on which messages were received
+  std::string driver_{};              ///< name of another Waymark program that commands the robot
+  std::set<std::string> channels_{};  ///< channels on which messages have been received
 };
 
 }  // namespace

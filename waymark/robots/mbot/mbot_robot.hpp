@@ -10,12 +10,12 @@
 namespace waymark {
 
 struct MbotRobotOptions {
-  std::string address{};  ///< of the LCM network; empty: kLcmDefaultAddress
+  std::string address{};  ///< address of the LCM network; kLcmDefaultAddress if empty
   MbotBridgeOptions bridge{};
   bool share_commands = false;  ///< drive even if another program sends commands
 };
 
-/// User settings of the robot process.
+/// User settings for the robot process.
 struct MbotRobotSettings {
   std::string address = kLcmDefaultAddress;
   std::string robot_file = "mbot";
@@ -35,10 +35,10 @@ struct MbotRobotSettings {
   }
 };
 
-/// Runs the process of an MBot (docs/formats/robot-process.md): receives its messages over LCM and publishes
+/// Runs the process for an MBot (docs/formats/robot-process.md): receives its messages over LCM and publishes
 /// MBOT_VEL_CMD at least 25 times a second until the input ends, then zero. If no odometry arrives for 0.2 s,
-/// it sends zero and reports it. It writes the hello 0.4 s after the first odometry; until then nothing is
-/// sent and the input is not read. Fails if no odometry arrives (the error lists the received channels) or if
+/// it sends zero and reports this. It writes the hello 0.4 s after the first odometry; until then, nothing is
+/// sent and the input is not read. Fails if no odometry arrives (the error lists the channels received) or if
 /// another program commands the robot.
 [[nodiscard]] Status run_mbot_robot(const MbotRobotOptions& options, const RobotWire& wire);
 

@@ -1,4 +1,4 @@
-// The input of a robot process decides whether anything is sent to the robot.
+// Tests that the input of a robot process decides whether anything is sent to the robot.
 #include "waymark/robots/process/command_sender.hpp"
 
 #include <array>
@@ -25,7 +25,7 @@ TEST(CommandRepeat, RepeatsTwentyTimesASecondAndStopsAfterTheTimeout) {
   Duration last_published{};
   Duration last_given = Duration(-1);
   for (Duration now{}; now < std::chrono::seconds(60); now += milliseconds(1)) {
-    const bool there = (now / std::chrono::seconds(5)) % 2 == 0;  // the driver comes and goes
+    const bool there = (now / std::chrono::seconds(5)) % 2 == 0;  // the driver comes and goes repeatedly
     if (there && random.uniform() < 0.03) {
       repeat.offer({0.3, 0.1}, now);
       last_given = now;
@@ -79,7 +79,7 @@ class Input {
   std::array<int, 2> ends_{};
 };
 
-/// The commands that reached the robot.
+/// The commands that have reached the robot.
 class Sent {
  public:
   void add(const VelocityCommand& command) {

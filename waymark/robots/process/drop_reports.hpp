@@ -8,8 +8,8 @@
 
 namespace waymark {
 
-/// Reports dropped messages: the 1st, 3rd, 10th, 30th, … of a topic, and each with a new reason. Reasons that
-/// differ only in numbers are the same.
+/// Reports dropped messages: the 1st, 3rd, 10th, 30th, … on each topic, and every new reason. Reasons that
+/// differ only in their numbers count as the same.
 class DropReports {
  public:
   /// Counts a dropped message and returns the report; empty if none is due. Only the first hundred topics and

@@ -90,7 +90,7 @@ Result<std::optional<RobotEvent>> ProcessRobot::next(Duration timeout) {
   if (const auto* step = std::get_if<RobotStep>(&**message))
     return std::optional<RobotEvent>(CommandRequest{step->stamp});
   if (auto* sample = std::get_if<Sample>(&**message)) return std::optional<RobotEvent>(std::move(*sample));
-  return queued();  // a repeated hello
+  return queued();  // the hello was repeated
 }
 
 Status ProcessRobot::command(const VelocityCommand& command) {

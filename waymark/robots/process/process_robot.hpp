@@ -16,14 +16,14 @@ namespace waymark {
 
 struct ProcessRobotOptions {
   Duration hello_within = std::chrono::seconds(15);
-  std::string watchdog{};                                    ///< path of its program; empty: searched
-  std::vector<std::string> cameras{};                        ///< names of the robot's cameras; empty: any
+  std::string watchdog{};              ///< path of the watchdog program; searched for if empty
+  std::vector<std::string> cameras{};  ///< names of the robot's cameras; any if empty
   std::function<bool()> should_stop = [] { return false; };  ///< called while waiting for the hello
   std::function<void(const std::string&)> on_waiting = [](const std::string&) {
-  };  ///< called once, after a second
+  };  ///< called once, after one second
 };
 
-/// A robot that is a child process (docs/formats/robot-process.md), behind the watchdog.
+/// A robot that runs as a child process (docs/formats/robot-process.md) behind the watchdog.
 class ProcessRobot final : public Source, public Robot {
  public:
   /// Starts the process and waits for its hello.
@@ -31,16 +31,16 @@ class ProcessRobot final : public Source, public Robot {
                                                      const ProcessRobotOptions& options = {});
 
   [[nodiscard]] const RobotHello& hello() const { return hello_; }
-  /// Warnings about skipped lines and keys are returned as text. Fails on an invalid line. When the process
+  /// Warnings about skipped lines and keys are returned as text. Fails if a line is invalid. When the process
   /// ends, fails with the reason.
   Result<std::optional<RobotEvent>> next(Duration timeout) override;
   [[nodiscard]] bool more() const override { return !waiting_.empty() || !texts_.empty(); }
-  /// Does not block. With a robot in lockstep, answers its newest step.
+  /// Does not block. If the robot runs in lockstep, answers its newest step.
   Status command(const VelocityCommand& command) override;
-  /// In lockstep: the stamp of the newest step.
+  /// In lockstep, the timestamp of the newest step.
   [[nodiscard]] std::optional<SensorTime> now() const override;
-  /// Calls WatchedProcess::drive_from_child(), which starts a process that a test can kill. next() continues
-  /// until the watchdog has ended the robot process.
+  /// Calls WatchedProcess::drive_from_child(), which starts a process that a test can kill. next() keeps
+  /// working until the watchdog has ended the robot process.
   [[nodiscard]] Result<pid_t> drive_from_child(const VelocityCommand& command, double duration_s) {
     return wire_->drive_from_child(command.speed_m_s, command.yaw_rate_rad_s, duration_s);
   }
@@ -63,8 +63,8 @@ class ProcessRobot final : public Source, public Robot {
   };
   std::deque<Arrived> waiting_{};
   std::deque<std::string> texts_{};
-  std::string last_log_{};              ///< if the newest message is a log line
-  std::optional<SensorTime> newest_{};  ///< newest stamp of a sample
+  std::string last_log_{};              ///< the last log line, if it is the newest message
+  std::optional<SensorTime> newest_{};  ///< newest timestamp of a sample
   ArrivalClock clock_{};
   RobotStep step_{};
 };

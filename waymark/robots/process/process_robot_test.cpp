@@ -52,7 +52,7 @@ TEST(ProcessRobot, TheErrorOfAnEndedProcessContainsItsLastLog) {
 }
 
 TEST(ProcessRobot, AnswersTheStepOfARobotInLockstep) {
-  // It answers commands of a step with a log line.
+  // It answers the commands for a step with a log line.
   auto robot = ProcessRobot::start(
       R"(echo '{"type":"hello","protocol_version":1,"name":"tiny","lockstep":true}'
          echo '{"type":"step","stamp_s":7.25,"step":31}'
@@ -70,7 +70,7 @@ TEST(ProcessRobot, AnswersTheStepOfARobotInLockstep) {
 }
 
 TEST(ProcessRobot, SimulatedTimeIsThatOfTheNewestSample) {
-  // A simulation that sends nothing after two samples.
+  // A simulation that sends nothing more after two samples.
   auto robot = ProcessRobot::start(
       R"(echo '{"type":"hello","protocol_version":1,"name":"tiny","simulated_time":true}'
          echo '{"type":"wheels","stamp_s":7.5,"left_rad":0,"right_rad":0}'
@@ -79,7 +79,7 @@ TEST(ProcessRobot, SimulatedTimeIsThatOfTheNewestSample) {
       kHere);
   ASSERT_TRUE(robot) << to_string(robot.error());
   for (int i = 0; i < 2; ++i) ASSERT_TRUE((*robot)->next(seconds(20)).value());
-  EXPECT_FALSE((*robot)->next(milliseconds(200)).value()) << "no third sample";
+  EXPECT_FALSE((*robot)->next(milliseconds(200)).value()) << "there is no third sample";
   EXPECT_EQ((*robot)->now()->time_since_epoch(), milliseconds(7500));
 }
 

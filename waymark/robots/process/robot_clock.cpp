@@ -27,14 +27,15 @@ std::optional<SensorTime> ArrivalClock::at(Duration now) const {
 
 namespace {
 
-constexpr Duration kMaxDeviation = std::chrono::seconds(1);  // no image takes longer to arrive
+constexpr Duration kMaxDeviation = std::chrono::seconds(1);  // no image takes longer than this to arrive
 constexpr int kMean = 100;
-constexpr Duration kSetAfter = std::chrono::seconds(1);  // a few messages may come from another node
+constexpr Duration kSetAfter = std::chrono::seconds(1);  // a few messages may come from a different node
 constexpr Duration kSameOffset = std::chrono::milliseconds(200);
 
 }  // namespace
 
-/// The error for a stamp at this offset: the robot's clock was set, or the stamp is from another clock.
+/// The error for a timestamp with this offset: either the robot's clock was set, or the timestamp is from a
+/// different clock.
 Error StampGate::refused(const std::string& topic, Duration offset, Duration arrived, bool leads) {
   if (leads && (!other_ || std::chrono::abs(offset - other_->offset) > kSameOffset))
     other_ = {.offset = offset, .since = arrived};

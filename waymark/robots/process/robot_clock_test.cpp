@@ -13,7 +13,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-/// A gate that received two seconds of odometry at 50 Hz from a clock 1000 s ahead of this computer's.
+/// A gate that has received two seconds of odometry at 50 Hz from a clock 1000 s ahead of this computer's.
 class RunningStampGate : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -58,7 +58,7 @@ TEST_F(RunningStampGate, MessagesOfAnotherNodeAreNotAClockThatWasSet) {
 TEST(ArrivalClock, LagsTheRobotsTimeByTheSmallestDelay) {
   ArrivalClock clock;
   EXPECT_FALSE(clock.at(seconds(1)));
-  const Duration offset = seconds(1000);  // robot's clock minus this computer's
+  const Duration offset = seconds(1000);  // the robot's clock minus this computer's clock
   Random random(3);
   for (int i = 0; i < 1500; ++i) {
     const Duration truth = milliseconds(20 * i);

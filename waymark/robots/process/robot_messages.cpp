@@ -64,7 +64,7 @@ std::optional<std::vector<std::uint8_t>> decode_base64(std::string_view text) {
       group = (group << 6U) | value;
     }
     const std::uint32_t unused = there == 2 ? 0xffffU : there == 3 ? 0xffU : 0U;
-    if ((group & unused) != 0) return std::nullopt;  // bits that no encoder sets
+    if ((group & unused) != 0) return std::nullopt;  // bits that are always zero in encoded data
     for (std::size_t k = 0; k + 1 < there; ++k)
       bytes.push_back(static_cast<std::uint8_t>(group >> (16U - 8U * static_cast<unsigned>(k))));
   }
@@ -73,7 +73,7 @@ std::optional<std::vector<std::uint8_t>> decode_base64(std::string_view text) {
 
 using nlohmann::json;
 
-/// Reads the keys of one line. The first error is kept; values read after it are zero.
+/// Reads the keys of one line. The first error is kept; any values read after it are zero.
 class MessageFields {
  public:
   MessageFields(RobotMessageReader& reader, const json& object, std::string type, std::int64_t line);
@@ -85,16 +85,16 @@ class MessageFields {
   [[nodiscard]] bool flag_or_false(const char* key);
   /// stamp_s or stamp_ns. Fails if it decreases within the stream; each camera is a separate stream.
   [[nodiscard]] SensorTime stamp(const std::string& camera = {});
-  /// The camera of a line; if the line names none, the only camera. An ambiguous or unknown camera skips the
-  /// line.
+  /// The camera to which a line refers; the only camera if the line does not contain one. The line is skipped
+  /// if its camera is ambiguous or unknown.
   [[nodiscard]] std::string camera();
-  /// A list of at most `max_count` numbers. With `allow_null`, null is infinity.
+  /// A list of at most `max_count` numbers. With `allow_null`, null means infinity.
   [[nodiscard]] std::vector<double> numbers(const char* key, std::size_t max_count, bool allow_null = false);
   [[nodiscard]] const json* array(const char* key, std::size_t max_count);
   [[nodiscard]] bool has(const char* key);
 
   void wrong(const std::string& key, const std::string& message, const std::string& hint = {});
-  /// Marks a valid line with unusable content, which is skipped, counted and reported.
+  /// Marks a line that is valid but has unusable content, so that it is skipped, counted and reported.
   void skip(std::string reason) { skip_reason_ = std::move(reason); }
   [[nodiscard]] bool of_unknown_camera() const { return unknown_camera_; }
   [[nodiscard]] const std::string& skip_reason() const { return skip_reason_; }
@@ -267,7 +267,7 @@ TagId id_of(MessageFields& fields, const json& tag) {
   return {};
 }
 
-/// The numbers of a list; empty if there are not exactly `count`.
+/// The numbers in a list; empty if there are not exactly `count` of them.
 std::vector<double> entries(const json& object, const char* key, std::size_t count) {
   const auto list = object.is_object() ? object.find(key) : object.end();
   std::vector<double> numbers;
@@ -277,7 +277,7 @@ std::vector<double> entries(const json& object, const char* key, std::size_t cou
   return numbers.size() == count ? numbers : std::vector<double>();
 }
 
-/// A tag of a line `detections`. Reports errors to `fields`.
+/// A tag in a `detections` line. Reports errors to `fields`.
 TagDetection detection_of(MessageFields& fields, const json& tag) {
   TagDetection detection;
   const json none;
@@ -306,7 +306,7 @@ TagDetection detection_of(MessageFields& fields, const json& tag) {
   return detection;
 }
 
-/// A tag of a line `tag_poses`. Reports errors to `fields`.
+/// A tag in a `tag_poses` line. Reports errors to `fields`.
 SeenTagPose tag_pose_of(MessageFields& fields, const json& tag) {
   const TagId id = id_of(fields, tag);
   const std::vector<double> at = entries(tag, "position_m", 3);
@@ -325,7 +325,7 @@ constexpr double kMaxCoordinate_m = 1e6;
 constexpr double kMaxSpeed = 100;  // m/s and rad/s
 constexpr double kMaxAngle_rad = 1e7;
 constexpr std::int64_t kMaxPixels = 50'000'000;
-/// Tag corners are at depth 5; the rest is reserved for future keys.
+/// Tag corners are at depth 5; the remaining levels are reserved for future keys.
 constexpr std::size_t kMaxDepth = 16;
 
 RobotHello hello_of(MessageFields& fields) {
@@ -477,13 +477,13 @@ const std::map<std::string, ReadSample>& sample_types() {
 }  // namespace
 
 void RobotMessageReader::warn_once(const std::string& warning) {
-  // Equal warnings differ only in their line number.
+  // Identical warnings differ only in their line number.
   const std::string text = warning.substr(warning.find(':') == std::string::npos ? 0 : warning.find(':'));
   constexpr std::size_t kMaxWarnings = 50;
   if (warned_.size() < kMaxWarnings && warned_.insert(text).second) warnings_.push_back(warning);
 }
 
-/// Warns about the first skipped line, and again each time their number has doubled.
+/// Warns about the first skipped line, and again each time the number of skipped lines has doubled.
 void RobotMessageReader::warn_skipped(std::int64_t line, const MessageFields& fields) {
   unsigned& count = fields.of_unknown_camera() ? unknown_cameras_ : unreadable_pictures_;
   ++count;
@@ -628,7 +628,7 @@ ordered_json of(const GamepadState& pad) {
   return line;
 }
 
-/// Adds the camera unless it is the default name of a robot with one camera.
+/// Adds the camera unless it has the default name used by robots with one camera.
 void add_camera(ordered_json& line, const std::string& camera) {
   if (camera != "cam") line["camera"] = camera;
 }
@@ -706,7 +706,7 @@ std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>
     line = std::visit([](const auto& value) { return of(value); }, message);
   }
   if (line.is_null() || line.empty()) return {};
-  // Messages may quote bytes from a network that are not valid UTF-8.
+  // Messages may quote bytes received over a network that are not valid UTF-8.
   return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

@@ -22,7 +22,7 @@ using ::testing::HasSubstr;
 
 constexpr const char* kHello = R"({"type":"hello","protocol_version":1,"name":"tiny"})";
 
-/// A reader after the hello; further lines count from 2.
+/// A reader that has received the hello; line numbers continue at 2.
 class Reader {
  public:
   Reader() { EXPECT_TRUE(reader_.read({1, kHello, false})); }
@@ -161,7 +161,7 @@ TEST(RobotMessages, DetectionsNameTheirCamera) {
       "rear");
   EXPECT_FALSE(reader.read(
       Line{.number = ++number, .text = R"({"type":"detections","stamp_s":1,"camera":"rear","tags":[]})"}))
-      << "the stamp went back";
+      << "the timestamp decreased";
 }
 
 TEST(RobotMessages, SkipsAndCountsLinesOfUnknownCameras) {
@@ -221,7 +221,7 @@ TEST(RobotMessages, SkipsAndCountsUnreadableImages) {
             64)
       << "the next image is read";
   EXPECT_THAT(reader.error(R"({"type":"image","stamp_s":1.5,"jpeg_base64":"AAAA"})"), HasSubstr("0.500 s"))
-      << "errors in the line itself remain errors";
+      << "errors in the line itself are still errors";
 }
 
 TEST(RobotMessages, ErrorsOfBadLinesContainLineAndKey) {
@@ -272,7 +272,7 @@ TEST(RobotMessages, RejectsStampsThatGoBack) {
   EXPECT_TRUE(reader.read(wheels(5)));
   EXPECT_TRUE(reader.read(wheels(5)));
   EXPECT_TRUE(reader.read(R"({"type":"detections","stamp_s":4.9,"tags":[]})"))
-      << "another stream may be late";
+      << "another stream may be behind";
   const std::string error = reader.error(wheels(4.5));
   EXPECT_THAT(error, HasSubstr("0.500 s"));
   testing::expect_on_page("robots", error);

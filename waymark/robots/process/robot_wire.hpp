@@ -9,22 +9,22 @@
 
 namespace waymark {
 
-/// Help of the field `listen_only`.
+/// Help text for the field `listen_only`.
 inline constexpr std::string_view kListenOnlyHelp =
     "Listen only: send no command, since another program drives the robot";
 
 /// Input and output of a robot process (docs/formats/robot-process.md).
 struct RobotWire {
-  int input = 0;                                       ///< descriptor of the orders
-  std::function<bool(const std::string& line)> write;  ///< returns false if the reader has gone
+  int input = 0;                                       ///< descriptor from which orders are read
+  std::function<bool(const std::string& line)> write;  ///< returns false if the reader has disconnected
   std::function<void(const std::string& text)> note;   ///< shows messages to the user before the hello
   std::function<bool()> should_stop = [] { return false; };
-  bool listen_only = false;  ///< another program drives: nothing is sent to the robot
+  bool listen_only = false;  ///< whether another program drives, so that nothing is sent to the robot
 };
 
-/// User settings of a robot process that joins a network.
+/// User settings for a robot process that joins a network.
 struct RobotWireSettings {
-  bool share_commands = false;  ///< drive although another program commands the robot
+  bool share_commands = false;  ///< drive even if another program commands the robot
   bool listen_only = false;     ///< RobotWire::listen_only
 
   template <class Self, class Visitor>
@@ -35,15 +35,15 @@ struct RobotWireSettings {
     visit(self.listen_only, JobField("listen_only", kListenOnlyHelp));
   }
 
-  /// Whether the check for other programs that command the robot is skipped.
+  /// Whether to skip the check for other programs that command the robot.
   [[nodiscard]] bool shares() const { return share_commands || listen_only; }
 };
 
-/// The role of the program that writes to the input. Nothing is sent to the robot unless it drives.
+/// The role of the program that writes to the input. Nothing is sent to the robot unless that program drives.
 enum class InputRole : std::uint8_t {
-  Unknown,  ///< nothing received yet
-  Drives,   ///< by its hello, or by its first velocity
-  Listens,  ///< by its hello ("listen_only"), or by RobotWire::listen_only
+  Unknown,  ///< nothing has been received yet
+  Drives,   ///< declared by its hello, or implied by its first velocity
+  Listens,  ///< declared by its hello ("listen_only") or by RobotWire::listen_only
 };
 
 }  // namespace waymark

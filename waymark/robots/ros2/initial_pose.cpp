@@ -28,7 +28,7 @@ bool plausible(const ros2::Pose& pose) {
          std::abs(pose.position.z) < kMaxPosition_m && std::abs(squared - 1) < 0.1;
 }
 
-/// The rows and columns x, y and yaw of the 6 x 6 covariance.
+/// The rows and columns for x, y and yaw in the 6 x 6 covariance.
 Eigen::Matrix3d planar_covariance(const std::array<double, 36>& six) {
   constexpr std::array<std::size_t, 3> kRow = {0, 1, 5};
   Eigen::Matrix3d P;

@@ -16,7 +16,7 @@ namespace {
 
 using Message = ros2::PoseWithCovarianceStamped;
 
-/// A message like those of RViz's "2D Pose Estimate".
+/// A message like those from RViz's "2D Pose Estimate".
 Message of_rviz() {
   Message message{.header = {{}, "map"}};
   message.pose.pose = ros2::to_ros(lift(SE2(1.5, -2, 0.75)));
@@ -33,7 +33,7 @@ TEST(InitialPose, ReadsThePoseOfRviz) {
   EXPECT_EQ(given->covariance(2, 2), 0.06853891909122467);
   Message old = of_rviz();
   old.header.frame_id = "/map";
-  old.pose.covariance[1] = old.pose.covariance[6] = 0.1;  // x with y
+  old.pose.covariance[1] = old.pose.covariance[6] = 0.1;  // covariance between x and y
   old.pose.covariance[5] = old.pose.covariance[30] = 0.05;
   const auto correlated = read_initial_pose(cdr::encode(old));
   ASSERT_TRUE(correlated) << to_string(correlated.error());
@@ -43,7 +43,7 @@ TEST(InitialPose, ReadsThePoseOfRviz) {
 
 TEST(InitialPose, RejectsInvalidPoses) {
   struct Case {
-    const char* part;  ///< of the message
+    const char* part;  ///< part of the error message
     std::function<void(Message&)> spoil;
   };
   constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();

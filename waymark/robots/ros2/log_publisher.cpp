@@ -35,7 +35,7 @@ bool many_publish(const std::string& topic) {
          topic == "/parameter_events";
 }
 
-/// Converts a recorded velocity command to `type`, if it differs.
+/// Converts a recorded velocity command to `type` if necessary.
 Result<Bytes> command_as(const std::string& type, const std::string& recorded, ByteSpan data,
                          const LogMessage& message) {
   if (type == recorded) return Bytes(data.begin(), data.end());
@@ -79,8 +79,8 @@ Status check_no_other_publisher(const std::vector<LogChannel>& channels, bool co
       "set another ROS_DOMAIN_ID.");
 }
 
-/// The type of the topic's subscriptions. It is the recorded type if a subscription has it, or if none has a
-/// command type.
+/// The type used by the topic's subscriptions. It is the recorded type if a subscription has it, or if none
+/// has a command type.
 std::string LogPublisher::subscribed_command(const LogChannel& recorded) const {
   std::string other = recorded.type;
   for (const BusEndpoint& endpoint : bus_.endpoints()) {
@@ -155,7 +155,7 @@ Status LogPublisher::publish_kept(MessageLog& log, const LogSelection& selection
   std::map<std::string, Newest> newest;
   const Status read = log.visit(before, [&](const LogChannel& channel, const LogMessage& message) -> Status {
     if (channel.topic == kStaticFrames)
-      return publish(channel, message);  // each message may contain other frames
+      return publish(channel, message);  // each message may contain different frames
     newest[channel.topic] = {channel, message.log_time, Bytes(message.data.begin(), message.data.end())};
     return {};
   });

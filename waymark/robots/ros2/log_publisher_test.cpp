@@ -14,7 +14,7 @@
 namespace waymark {
 namespace {
 
-/// A network with one discovered program.
+/// A network on which one program has been discovered.
 class OneProgram final : public Bus {
  public:
   Result<std::size_t> advertise(const BusTopic& topic, const TopicQos& /*qos*/) override {
@@ -45,7 +45,7 @@ class OneProgram final : public Bus {
   [[nodiscard]] std::string participant_of(const Guid& /*endpoint*/) const override { return program; }
 
   std::string program = "teleop";
-  std::vector<std::string> advertised{};  ///< types
+  std::vector<std::string> advertised{};  ///< types that have been advertised
   std::vector<std::vector<std::uint8_t>> sent{};
 };
 
@@ -66,12 +66,12 @@ TEST(LogPublisher, PublishesCommandsAsTheSubscribedType) {
   EXPECT_TRUE(reports[0].starts_with("/cmd_vel ")) << reports[0];
   testing::expect_on_page("robots", reports[0]);
   ASSERT_TRUE(publisher.stop());
-  EXPECT_TRUE(cdr::decode<ros2::Twist>(bus.sent.back())) << "zero, of the same type";
+  EXPECT_TRUE(cdr::decode<ros2::Twist>(bus.sent.back())) << "zero, with the same type";
   const LogChannel other{
       .topic = "/other", .type = std::string(ros2::TwistStamped::kType), .encoding = "cdr"};
   ASSERT_TRUE(publisher.publish(other, {.data = stamped}));
   EXPECT_EQ(bus.advertised.back(), "geometry_msgs::msg::dds_::TwistStamped_")
-      << "the recorded type, since there is no subscription";
+      << "the recorded type, because there is no subscription";
   const LogChannel odometry{.topic = "/odom", .type = std::string(ros2::Odometry::kType), .encoding = "cdr"};
   const Status alone = check_no_other_publisher({recorded, odometry}, false, bus);
   ASSERT_FALSE(alone);
@@ -111,7 +111,7 @@ TEST(PublisherNames, PreferTheNamesOfNodes) {
   hostile.resize(100, 0xff);
   none.add(hostile);
   EXPECT_EQ(none.of({Guid{1}}, bus), "teleop");
-  bus.program = "/";  // the enclave, which is the participant name of ROS programs
+  bus.program = "/";  // the enclave, which is the participant name of all ROS programs
   EXPECT_EQ(none.of({Guid{1}}, bus), "");
 }
 

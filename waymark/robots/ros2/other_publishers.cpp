@@ -16,7 +16,7 @@
 namespace waymark {
 namespace {
 
-/// rmw_dds_common/msg/Gid, whose size changed between releases without a change of name.
+/// rmw_dds_common/msg/Gid, whose size has changed between releases while its name has not.
 template <std::size_t kSize>
 struct Gid {
   std::array<std::uint8_t, kSize> data{};
@@ -66,7 +66,7 @@ bool PublisherNames::take(const BusMessage& message) {
   return true;
 }
 
-/// In the longer Gid the eight bytes after the GUID are zero. The shorter one is followed by the number of
+/// In the longer Gid, the eight bytes after the GUID are zero. The shorter one is followed by the number of
 /// nodes.
 void PublisherNames::add(std::span<const std::uint8_t> cdr) {
   constexpr std::size_t kLonger = 24;
@@ -78,8 +78,8 @@ void PublisherNames::add(std::span<const std::uint8_t> cdr) {
     add_nodes(*shorter, nodes_);
 }
 
-/// Ignores participant names that begin with a slash: ROS participants have the name of their enclave, which
-/// many share.
+/// Ignores participant names that begin with a slash: ROS participants are named after their enclave, which
+/// many of them share.
 std::string PublisherNames::of(const std::set<Guid>& publishers, const Bus& bus) const {
   std::set<std::string> names;
   for (const Guid& publisher : publishers) {

@@ -26,7 +26,7 @@ tl::unexpected<Error> wrong(const std::string& source, std::string message, std:
               "See the examples in docs/formats/ros2-profile.md.");
 }
 
-/// Visits key and name of each topic of a profile.
+/// Visits the key and name of each topic in a profile.
 template <class Visitor>
 void each_topic(const Ros2Profile& profile, Visitor&& visit) {
   Ros2Profile::fields(profile, [&](const auto& value, const auto& field) {
@@ -61,7 +61,7 @@ Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string&
   auto profile = parse_fields<Ros2Profile>(text, source);
   if (!profile) return profile;
   if (text.find(':') ==
-      std::string_view::npos)  // defaults alone could drive any robot that subscribes to /cmd_vel
+      std::string_view::npos)  // the defaults alone could drive any robot that subscribes to /cmd_vel
     return wrong(source, "empty profile; the robot and its topics are required", "");
   if (profile->odometry_topic.empty())
     return wrong(source, "empty topic; a robot cannot be driven without odometry", "odometry_topic");

@@ -11,7 +11,7 @@
 
 namespace waymark {
 
-/// Topics and conventions of a robot with ROS 2 (docs/formats/ros2-profile.md). An empty topic is not used.
+/// Topics and conventions of a robot with ROS 2 (docs/formats/ros2-profile.md). Empty topics are not used.
 struct Ros2Profile {
   std::string robot = "limo";
   std::string command_topic = "/cmd_vel";
@@ -34,8 +34,8 @@ struct Ros2Profile {
   std::string ros_distro{};
   bool use_sim_time = false;
   bool simulated = false;
-  std::string text{};    ///< the text it was read from; not a field
-  std::string source{};  ///< the file of that text
+  std::string text{};    ///< the text from which it was read; not a field
+  std::string source{};  ///< the file that contains the text
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -88,18 +88,18 @@ struct Ros2Profile {
   }
 };
 
-/// Parses a profile from YAML. Errors have file, line and key. Missing topics for odometry or commands and
-/// more than one source of tags are errors, too.
+/// Parses a profile from YAML. Errors contain file, line and key. It is also an error if the topic for
+/// odometry or commands is missing or there is more than one source of tags.
 [[nodiscard]] Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string& source);
-/// Reads the profile of a plain name from share/ros2, else from a path.
+/// Reads the profile with a plain name from share/ros2, or otherwise from a path.
 [[nodiscard]] Result<Ros2Profile> find_ros2_profile(const std::string& name);
 
 /// Restricts the options to the profile's interface, unless the ROS environment or the user's RosPlace
-/// already restricts them. Fails if this computer has no such interface.
+/// already restricts them. Fails if this computer does not have that interface.
 [[nodiscard]] Status use_interface_of(const Ros2Profile& profile, BusOptions& options);
 
-/// Options to join the network of the profile's robot, from the ROS environment and the profile's interface.
-/// Fails on invalid values of either.
+/// Options for joining the network of the profile's robot, from the ROS environment and the profile's
+/// interface. Fails if a value in either is invalid.
 [[nodiscard]] Result<BusOptions> network_of(const Ros2Profile& profile, const std::string& node);
 
 /// The time of a simulation.
@@ -109,22 +109,22 @@ struct ClockMessage {
   WAYMARK_ROS2_FIELDS(self.clock)
 };
 
-/// Topic, message type and quality of service of a subscription of the profile.
+/// Topic, message type and quality of service for a subscription in the profile.
 struct Ros2Subscription {
   std::string topic{};
   std::string type{};
   TopicQos qos{};
 };
 [[nodiscard]] std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile);
-/// Topic, type and quality of service of the commands; reliable, as nodes expect.
+/// Topic, type and quality of service for the commands; reliable, as nodes expect.
 [[nodiscard]] TopicUse command_use(const Ros2Profile& profile);
-/// All topics of the profile with their DDS names.
+/// All topics in the profile with their DDS names.
 [[nodiscard]] std::vector<TopicUse> uses_of(const Ros2Profile& profile);
 
-/// Whether one of the endpoints publishes a topic; with this type unless `type` is empty.
+/// Whether one of the endpoints publishes a topic, with this type unless `type` is empty.
 [[nodiscard]] bool is_published(const std::string& topic, const std::vector<BusEndpoint>& others,
                                 std::string_view type = {});
-/// A message for each required topic without a publisher: images, tags, and the clock.
+/// One message for each required topic that has no publisher: images, tags, and the clock.
 [[nodiscard]] std::vector<std::string> missing_publishers(const Ros2Profile& profile,
                                                           const std::vector<BusEndpoint>& others);
 

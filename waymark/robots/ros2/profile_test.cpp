@@ -33,7 +33,8 @@ TEST(Ros2Profile, RejectsInvalidProfiles) {
   };
   EXPECT_NE(error("odometry_topic: ''\n").find("odometry_topic"), std::string::npos);
   EXPECT_NE(error("command_topic: ''\n").find("command_topic"), std::string::npos);
-  EXPECT_NE(error("odom_topic: /odom\n").find("odometry_topic"), std::string::npos) << "the nearest key";
+  EXPECT_NE(error("odom_topic: /odom\n").find("odometry_topic"), std::string::npos)
+      << "suggests the nearest key";
   EXPECT_NE(error("image_topic: /a\ncompressed_image_topic: /b\n").find("(image_topic)"), std::string::npos);
   EXPECT_NE(error("odometry_topic: /my odom\n").find("'/my odom'"), std::string::npos);
   EXPECT_NE(error("imu_topic: /odom\n").find("'/odom'"), std::string::npos);
@@ -77,7 +78,7 @@ TEST(Ros2Profile, ReportsRequiredTopicsWithoutPublisher) {
 TEST(Ros2Profile, SensorsAreBestEffortAndTfStaticIsKept) {
   Ros2Profile profile;
   profile.image_topic = "/image";
-  for (const Ros2Subscription& one : subscriptions_of(profile)) {  // /tf changes, so no message is kept
+  for (const Ros2Subscription& one : subscriptions_of(profile)) {  // /tf changes, so messages are not kept
     const bool fixed = one.topic == "/tf_static";
     EXPECT_EQ(one.qos.reliable, fixed) << one.topic;
     EXPECT_EQ(one.qos.transient_local, fixed) << one.topic;

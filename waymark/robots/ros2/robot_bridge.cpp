@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kTruthTopic = "/truth/pose";
 
-/// The header at the beginning of most messages.
+/// The header with which most messages begin.
 struct Headed {
   ros2::Header header{};
   WAYMARK_ROS2_FIELDS(self.header)
@@ -100,7 +100,7 @@ Result<std::string> RobotBridge::compressed_picture(const Ros2Subscription& from
   return line;
 }
 
-/// Takes the base frame from the odometry unless the profile names it.
+/// Uses the base frame from the odometry unless the profile specifies one.
 void RobotBridge::learn_base(std::span<const std::uint8_t> bytes) {
   if (!base_frame_.empty()) return;
   const auto message = cdr::decode<ros2::Odometry>(bytes);
@@ -125,7 +125,8 @@ void RobotBridge::turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes) 
   imu.linear_acceleration_m_s2 = found->second * imu.linear_acceleration_m_s2;
 }
 
-/// Fails if the clock goes back: the simulation was restarted, and earlier samples are unrelated to it.
+/// Fails if the clock goes back, because the simulation was then restarted and earlier samples are unrelated
+/// to it.
 Status RobotBridge::keep_clock(std::span<const std::uint8_t> bytes) {
   const auto message = cdr::decode<ClockMessage>(bytes);
   if (!message) return tl::unexpected(message.error());
@@ -159,7 +160,7 @@ Status RobotBridge::keep_transforms(std::span<const std::uint8_t> bytes) {
   return {};
 }
 
-/// Compares the camera mounting in tf with the robot file.
+/// Compares the camera mounting in tf with that in the robot file.
 void RobotBridge::compare_mounting() {
   constexpr double kMaxOffset_m = 0.02;
   constexpr double kMaxRotation_rad = 0.035;
@@ -177,7 +178,7 @@ void RobotBridge::compare_mounting() {
         1e3 * off.translation().norm(), to_degrees(turned), robot_.model.name));
 }
 
-/// Compares the published calibration with the robot file.
+/// Compares the published calibration with that in the robot file.
 Status RobotBridge::compare_camera(std::span<const std::uint8_t> bytes) {
   const auto message = cdr::decode<ros2::CameraInfo>(bytes);
   if (!message) return tl::unexpected(message.error());

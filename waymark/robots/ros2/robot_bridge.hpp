@@ -15,29 +15,29 @@
 
 namespace waymark {
 
-/// Converts the messages of a robot with ROS 2 to the lines of a robot process
-/// (docs/formats/robot-process.md), and commands to messages. Messages that cannot be decoded, or that have
-/// non-finite numbers or a misleading stamp, are dropped, counted and reported. Pure.
+/// Converts the messages from a robot with ROS 2 to the lines of a robot process
+/// (docs/formats/robot-process.md), and commands to messages. Messages are dropped, counted and reported if
+/// they cannot be decoded, contain non-finite numbers or have a misleading timestamp. Pure.
 class RobotBridge {
  public:
-  /// Without `put_picture` the lines contain the images as base64.
+  /// Without `put_picture`, the lines contain the images as base64.
   RobotBridge(Ros2Profile profile, RobotDescription robot, PutPicture put_picture = {});
 
-  /// The lines of a message in CDR with its encapsulation; empty if it is dropped or only stored.
+  /// The lines for a message in CDR with its encapsulation header; empty if it is dropped or merely stored.
   [[nodiscard]] std::vector<std::string> receive(const Ros2Subscription& from,
                                                  std::span<const std::uint8_t> bytes, Duration arrived);
   /// The reports for the user since the last call, as log lines.
   [[nodiscard]] std::vector<std::string> take_reports() { return lines_.take_reports(); }
   /// Number of dropped messages.
   [[nodiscard]] std::uint64_t dropped() const { return lines_.dropped(); }
-  /// Whether odometry was received.
+  /// Whether odometry has been received.
   [[nodiscard]] bool speaks() const { return lines_.speaks(); }
-  /// The clock of the simulation if the profile sets use_sim_time; empty before its first message.
+  /// The simulation clock if the profile sets use_sim_time; `nullopt` before its first message.
   [[nodiscard]] std::optional<SensorTime> simulated_time() const { return simulated_time_; }
   /// SampleLines::offset().
   [[nodiscard]] std::optional<Duration> offset() const { return lines_.offset(); }
 
-  /// The message of a command; `now`: the stamp of a TwistStamped.
+  /// The message for a command; `now` is the timestamp of a TwistStamped.
   [[nodiscard]] std::vector<std::uint8_t> command(const VelocityCommand& command, SensorTime now) const;
 
  private:
@@ -56,7 +56,7 @@ class RobotBridge {
   RobotDescription robot_;
   SampleLines lines_;
   FrameTree frames_{};
-  std::string base_frame_;  ///< empty: unknown so far
+  std::string base_frame_;  ///< empty if not yet known
   std::optional<SensorTime> simulated_time_{};
   std::string camera_frame_{};
   std::map<std::string, SO3> base_R_imu_{};  ///< by frame

@@ -22,7 +22,7 @@ SensorTime at_ms(int ms) { return SensorTime(std::chrono::seconds(1000) + millis
 
 RobotDescription limo() { return read_robot(find_shared("robots", "limo").value()).value(); }
 
-/// A bridge with the profile of LIMO, and a reader of its lines.
+/// A bridge that uses the LIMO profile, and a reader for its lines.
 class Bridge : public ::testing::Test {
  protected:
   template <class Message>
@@ -41,7 +41,7 @@ class Bridge : public ::testing::Test {
   test::RobotLines lines_;
 };
 
-// A simulation at a quarter of real time.
+// A simulation running at a quarter of real time.
 TEST(BridgeOfASimulation, UsesItsClock) {
   Ros2Profile profile = find_ros2_profile("limo").value();
   profile.use_sim_time = true;
@@ -54,7 +54,7 @@ TEST(BridgeOfASimulation, UsesItsClock) {
   const auto odometry = [&](int ms, int arrived_ms) {
     return give("/odom", ros2::to_ros(Odometry{.stamp = at_ms(ms)}), arrived_ms);
   };
-  EXPECT_TRUE(odometry(0, 0).empty()) << "before the clock";
+  EXPECT_TRUE(odometry(0, 0).empty()) << "before the clock message";
   for (int i = 0; i < 40; ++i) {
     EXPECT_TRUE(give("/clock", ClockMessage{ros2::to_ros(at_ms(100 * i))}, 400 * i).empty());
     EXPECT_EQ(odometry(100 * i, 400 * i).size(), 1U) << i << ": 12 s late by wall time";
@@ -63,7 +63,7 @@ TEST(BridgeOfASimulation, UsesItsClock) {
   EXPECT_EQ(bridge.dropped(), 0U);
   EXPECT_TRUE(odometry(6000, 15700).empty()) << "in the future";
   EXPECT_TRUE(give("/clock", ClockMessage{ros2::to_ros(at_ms(0))}, 16000).empty());
-  EXPECT_EQ(bridge.simulated_time(), at_ms(3900)) << "after a restart the time does not go back";
+  EXPECT_EQ(bridge.simulated_time(), at_ms(3900)) << "after a restart, the time does not go back";
   std::string reports;
   for (const std::string& line : bridge.take_reports()) reports += line;
   EXPECT_NE(reports.find("2.1 s in the future"), std::string::npos) << reports;
@@ -71,7 +71,7 @@ TEST(BridgeOfASimulation, UsesItsClock) {
   testing::expect_on_page("robots", reports);
 }
 
-/// Transforms of a robot_state_publisher that publishes every joint on /tf.
+/// Transforms from a robot_state_publisher that publishes every joint on /tf.
 ros2::TFMessage mast(double height_m) {
   return {{ros2::to_ros_transform(at_ms(0), "base_link", "mast", SE3({}, {0, 0, height_m})),
            ros2::to_ros_transform(at_ms(0), "mast", "camera_color_optical_frame", SE3())}};
@@ -134,7 +134,7 @@ TEST_F(Bridge, DropsAndCountsMisleadingMessages) {
   EXPECT_TRUE(give("/odom", bad, milliseconds(20)).empty()) << "implausible position";
   EXPECT_TRUE(give("/odom", ros2::to_ros(Odometry{.stamp = at_ms(5000)}), milliseconds(20)).empty())
       << "in the future";
-  EXPECT_TRUE(give("/odom", ros2::to_ros(Odometry{}), milliseconds(20)).empty()) << "no stamp";
+  EXPECT_TRUE(give("/odom", ros2::to_ros(Odometry{}), milliseconds(20)).empty()) << "without a timestamp";
   EXPECT_EQ(odometry(30).size(), 1U) << "dropped messages have no effect";
   EXPECT_TRUE(give("/odom", ros2::to_ros(Odometry{.stamp = at_ms(10)}), milliseconds(31)).empty())
       << "goes back";
@@ -143,7 +143,7 @@ TEST_F(Bridge, DropsAndCountsMisleadingMessages) {
   EXPECT_NE(reports.find("0.020 s"), std::string::npos) << reports;
   testing::expect_on_page("robots", reports);
   ros2::Imu imu = ros2::to_ros(ImuSample{.stamp = SensorTime(std::chrono::seconds(77))});
-  EXPECT_TRUE(give("/imu", imu, milliseconds(40)).empty()) << "another clock";
+  EXPECT_TRUE(give("/imu", imu, milliseconds(40)).empty()) << "a different clock";
 }
 
 TEST_F(Bridge, DropsHostileImagesAndEncapsulations) {
@@ -155,7 +155,7 @@ TEST_F(Bridge, DropsHostileImagesAndEncapsulations) {
                     .step = 1};
   image.data.resize(16);
   EXPECT_TRUE(give("/camera/color/image_raw", image, milliseconds(1)).empty())
-      << "step smaller than the width";
+      << "the step is smaller than the width";
   image.step = 0xffffffffU;
   image.height = 0xffffffffU;
   EXPECT_TRUE(give("/camera/color/image_raw", image, milliseconds(1)).empty());
@@ -251,7 +251,7 @@ TEST_F(Bridge, IgnoresANonFiniteMounting) {
 
 TEST_F(Bridge, RotatesImuDataIntoTheBaseFrame) {
   (void)odometry(0);
-  // The IMU is mounted on its side: its x axis is the base's z axis.
+  // The IMU is mounted on its side, with its x axis along the z axis of the base.
   const SE3 base_T_imu(SO3::from_rpy(0, -1.5707963267948966, 0), Eigen::Vector3d::Zero());
   (void)give("/tf_static",
              ros2::TFMessage{{ros2::to_ros_transform(at_ms(0), "base_link", "imu_link", base_T_imu)}},

@@ -25,7 +25,7 @@ namespace {
 
 constexpr Duration kSlice = std::chrono::milliseconds(50);
 constexpr Duration kCheckPeriod = std::chrono::seconds(1);
-/// A peer that is not discovered at once is discovered by its next announcement, a second later.
+/// A peer that is not discovered immediately is discovered through its next announcement, a second later.
 constexpr Duration kListen = std::chrono::milliseconds(1500);
 
 SensorTime wall_clock() {
@@ -51,7 +51,7 @@ class Ros2Robot final : public WireLoop {
         senders_(options.share_commands, kListen),
         drivers_(command_use(profile).name) {}
 
-  /// Joins the network, before run().
+  /// Joins the network; to be called before run().
   Status join() {
     auto bus = open_bus(bus_options_);
     if (!bus) return tl::unexpected(bus.error());
@@ -68,7 +68,7 @@ class Ros2Robot final : public WireLoop {
   }
 
  private:
-  /// The stamp of a command sent now. May be called from any thread.
+  /// The timestamp for a command sent now. May be called from any thread.
   [[nodiscard]] SensorTime stamp_now() const {
     return profile_.use_sim_time ? SensorTime(Duration(simulated_ns_.load())) : wall_clock();
   }
@@ -107,7 +107,7 @@ class Ros2Robot final : public WireLoop {
     output().write(bridge_.take_reports());
   }
 
-  /// Checks for other programs that begin to command the robot while it is driven.
+  /// Checks for other programs that start to command the robot while it is being driven.
   Status stay_alone() {
     if (!publisher_ || options_.share_commands) return {};
     const auto others = drivers_.found(names_, *bus_, steady_now() - advertised_);
@@ -122,7 +122,7 @@ class Ros2Robot final : public WireLoop {
     if (from.topic == profile_.odometry_topic && passed) watch_.odometry(arrived);
   }
 
-  /// Counts the odometry publishers of the last 0.5 s, so a restarted program counts only once.
+  /// Counts the odometry publishers during the last 0.5 s, so that a restarted program counts only once.
   void count_robot(const BusMessage& message) {
     constexpr Duration kMoment = std::chrono::milliseconds(500);
     odometry_sources_[message.identity.guid] = message.arrived;
@@ -134,7 +134,7 @@ class Ros2Robot final : public WireLoop {
                        odometry_sources_.size(), profile_.odometry_topic);
   }
 
-  /// Subscribes to the compressed images (image_transport) if only they are published.
+  /// Subscribes to the compressed images (image_transport) if no others are published.
   Status take_compressed() {
     if (profile_.image_topic.empty() || compressed_) return {};
     const std::string topic = profile_.image_topic + "/compressed";
@@ -164,7 +164,7 @@ class Ros2Robot final : public WireLoop {
     return {};
   }
 
-  /// Adds the command publisher unless another program commands the robot, or this one only listens.
+  /// Adds the command publisher unless another program commands the robot or this program only listens.
   Status prepare() override {
     if (!listens())
       if (Status alone = look_for_others(); !alone) return alone;
@@ -193,7 +193,7 @@ class Ros2Robot final : public WireLoop {
           "relay` on the robot");
   }
 
-  /// Reports the offset of the clocks, which includes the delay of the messages.
+  /// Reports the offset between the clocks, which includes the delay of the messages.
   void report_clock() {
     constexpr double kYear_s = 3e7;
     if (profile_.use_sim_time || !bridge_.offset()) return;
@@ -262,14 +262,14 @@ class Ros2Robot final : public WireLoop {
   OtherDrivers drivers_;
   SimulationWatch watch_{};
   std::atomic<std::int64_t> simulated_ns_ = 0;
-  std::map<Guid, Duration> odometry_sources_{};  ///< newest arrival by publisher
+  std::map<Guid, Duration> odometry_sources_{};  ///< newest arrival time for each publisher
   PublisherNames names_{};
   std::optional<std::size_t> publisher_{};
   Duration advertised_{};
-  std::size_t commands_ = 0;                                 ///< subscription of the command topic
+  std::size_t commands_ = 0;                                 ///< subscription to the command topic
   std::map<std::size_t, Ros2Subscription> subscriptions_{};  ///< by number
   bool compressed_ = false;
-  std::vector<BusEndpoint> others_{};  ///< at the newest check()
+  std::vector<BusEndpoint> others_{};  ///< endpoints found by the newest check()
 };
 
 }  // namespace

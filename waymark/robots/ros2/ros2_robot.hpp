@@ -12,10 +12,10 @@ struct Ros2RobotOptions {
   bool share_commands = false;  ///< drive even if another program sends commands
 };
 
-/// User settings of the robot process.
+/// User settings for the robot process.
 struct Ros2RobotSettings {
   std::string profile{};
-  std::string robot_file{};  ///< empty: the profile's
+  std::string robot_file{};  ///< that of the profile if empty
   RobotWireSettings wire{};
 
   template <class Self, class Visitor>
@@ -30,10 +30,10 @@ struct Ros2RobotSettings {
   }
 };
 
-/// Runs the process of a robot with ROS 2 (docs/formats/robot-process.md): subscribes to the profile's topics
-/// and publishes commands until the input ends. It writes the hello 1.5 s after the first odometry; until
-/// then nothing is sent and the input is not read. Fails if no odometry arrives (the error reports what was
-/// found on the network) or if another program commands the robot.
+/// Runs the process for a robot with ROS 2 (docs/formats/robot-process.md): subscribes to the topics in the
+/// profile and publishes commands until the input ends. It writes the hello 1.5 s after the first odometry;
+/// until then, nothing is sent and the input is not read. Fails if no odometry arrives (the error describes
+/// what was found on the network) or if another program commands the robot.
 [[nodiscard]] Status run_ros2_robot(const Ros2Profile& profile, const RobotDescription& robot,
                                     const BusOptions& bus_options, const RobotWire& wire,
                                     const Ros2RobotOptions& options = {});

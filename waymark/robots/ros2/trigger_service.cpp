@@ -9,7 +9,7 @@
 namespace waymark {
 namespace {
 
-/// cdds_request_header_t of rmw_cyclonedds.
+/// cdds_request_header_t from rmw_cyclonedds.
 struct CycloneHeader {
   std::uint64_t guid = 0;
   std::int64_t sequence = 0;
@@ -28,7 +28,7 @@ struct CycloneResponse {
   WAYMARK_ROS2_FIELDS(self.header, self.response)
 };
 
-constexpr std::size_t kWithCycloneHeader = 4 + 16;  // encapsulation and header
+constexpr std::size_t kWithCycloneHeader = 4 + 16;  // encapsulation header and request header
 constexpr TopicQos kServiceQos{.reliable = true, .depth = 10};
 
 }  // namespace
@@ -53,7 +53,7 @@ bool TriggerServices::receive(const BusMessage& message) {
   if (!header) return true;
   TriggerReply reply = service.answer();
   const Response response{reply.success, std::move(reply.message)};
-  // Errors are ignored: the client may have gone.
+  // Errors are ignored, because the client may have disconnected.
   if (headed)
     (void)bus_.publish(service.replies, cdr::encode(CycloneResponse{*header, response}));
   else

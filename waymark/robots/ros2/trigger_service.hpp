@@ -13,16 +13,16 @@ struct TriggerReply {
   std::string message{};
 };
 
-/// Services of type std_srvs/srv/Trigger. Clients with rmw_fastrtps identify a request by
-/// related_sample_identity, clients with rmw_cyclonedds by a header of 16 bytes before the request. The reply
-/// uses the same form.
+/// Services of type std_srvs/srv/Trigger. Clients using rmw_fastrtps identify a request by
+/// related_sample_identity, and clients using rmw_cyclonedds by a 16-byte header before the request. The
+/// reply has the same format.
 class TriggerServices {
  public:
   explicit TriggerServices(Bus& bus) : bus_(bus) {}
 
   /// Offers a service such as "/waymark/stop"; receive() calls `answer` for each request.
   Status offer(const std::string& name, std::function<TriggerReply()> answer);
-  /// Answers a request to one of the services; returns false if the message is not one.
+  /// Answers a request to one of the services; returns false if the message is not such a request.
   bool receive(const BusMessage& message);
 
  private:

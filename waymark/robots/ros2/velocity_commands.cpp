@@ -50,12 +50,12 @@ namespace {
 
 constexpr std::string_view kDone = "done";
 
-/// The child process. Reads lines "topic type" until the pipe ends.
+/// The child process. Reads "topic type" lines until the pipe ends.
 class Guarding {
  public:
   Guarding(Descriptor pipe, BusOptions options) : pipe_(std::move(pipe)), options_(std::move(options)) {}
 
-  /// Reads until the pipe ends; returns whether the parent reported a regular end before.
+  /// Reads until the pipe ends; returns whether the parent had reported a regular end.
   bool wait() {
     std::array<char, 512> bytes{};
     std::string rest;
@@ -73,7 +73,7 @@ class Guarding {
     }
   }
 
-  /// Publishes zero during the time that the discovery of a new publisher may take. Returns the topics.
+  /// Publishes zero for as long as discovery of a new publisher may take. Returns the topics.
   std::vector<std::string> publish_zeros() {
     constexpr Duration kMaxDiscovery = std::chrono::seconds(2);
     if (!bus_) return {};
@@ -98,7 +98,7 @@ class Guarding {
     if (space == std::string::npos) return;
     topics_.push_back({line.substr(0, space), line.substr(space + 1)});
     if (bus_) return;
-    auto opened = open_bus(options_);  // opened now, because discovery of the robot takes time
+    auto opened = open_bus(options_);  // opened now, because discovering the robot takes time
     if (opened) bus_ = std::move(*opened);
   }
 
@@ -108,9 +108,9 @@ class Guarding {
   std::vector<BusTopic> topics_{};
 };
 
-/// Detaches the child from signals, name and standard streams of its parent.
+/// Detaches the child from the signals, name and standard streams of its parent.
 void detach_from_parent() {
-  setpgid(0, 0);  // Ctrl-C in the terminal is for the parent only
+  setpgid(0, 0);  // Ctrl-C in the terminal is meant for the parent only
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
   std::signal(SIGPIPE, SIG_IGN);
   prctl(PR_SET_NAME, "wm-zero-guard");  // `killall waymark` must not end it

@@ -15,13 +15,13 @@
 
 namespace waymark {
 
-/// A velocity command as CDR: geometry_msgs/msg/TwistStamped, or Twist, which has no stamp.
+/// A velocity command in CDR: geometry_msgs/msg/TwistStamped, or Twist, which has no timestamp.
 [[nodiscard]] std::vector<std::uint8_t> velocity_message(const StampedCommand& command, bool stamped);
 
-/// velocity_message() with the time of this computer's clock as the stamp.
+/// velocity_message() with the current time on this computer's clock as the timestamp.
 [[nodiscard]] std::vector<std::uint8_t> velocity_message_now(const VelocityCommand& command, bool stamped);
 
-/// Publishes zero four times over 80 ms, because a message published right before leaving the network may be
+/// Publishes zero four times over 80 ms, because a message published just before leaving the network may be
 /// lost.
 [[nodiscard]] Status publish_zero(Bus& bus, std::size_t publisher, bool stamped);
 
@@ -29,9 +29,9 @@ namespace waymark {
 /// program cannot stop the robot itself, and many robots keep executing the last command.
 class ZeroGuard {
  public:
-  /// Forks, so it must be called before this process has threads, which a bus starts. On the first call of
+  /// Forks, so it must be called before this process starts threads, as a bus does. On the first call of
   /// guard(), the child joins the network with these options (node "waymark_zero_guard"). It ignores Ctrl-C
-  /// and ends with this process. `report`: called in the child after it has published zero, with a message.
+  /// and ends with this process. `report` is called in the child with a message once it has published zero.
   [[nodiscard]] static Result<ZeroGuard> start(BusOptions options,
                                                const std::function<void(const std::string&)>& report);
   ZeroGuard(ZeroGuard&&) noexcept = default;
@@ -41,7 +41,7 @@ class ZeroGuard {
   /// Ends the child without publishing, because this process has published zero itself.
   ~ZeroGuard();
 
-  /// Call before velocity commands (Twist or TwistStamped) are published on this topic.
+  /// To be called before velocity commands (Twist or TwistStamped) are published on this topic.
   void guard(const BusTopic& topic);
 
  private:

@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// The tag finder of the options, for the world's tag family.
+/// The tag finder from the options, for the tag family used in the world.
 Result<TagFinder> make_finder(const World& world, DetectingCameraOptions options) {
   options.detector.families = {std::string(family(world.anchor.family).name)};
   auto finder = make_tag_finder(options.detector, options.refinement);
@@ -65,7 +65,7 @@ Status DetectingCamera::through_jpeg(Image& image) const {
 
 Result<RenderedFrame> DetectingCamera::take(const CameraShot& shot) {
   if (Status status = set_world(shot.world); !status) return tl::unexpected(status.error());
-  // The velocity is constant during the exposure and readout of one image.
+  // The velocity is constant during the exposure and readout of an image.
   MountedSceneCamera& scene_camera = cameras_.at(shot.camera);
   const SE3 base_T_cam = scene_camera.mounted.base_T_cam;
   const auto motion = [&](double seconds) {

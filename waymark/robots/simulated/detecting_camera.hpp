@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// Options of rendering and detection.
+/// Options for rendering and detection.
 struct DetectingCameraOptions {
   SceneOptions scene{};
   SceneCameraOptions camera{};
@@ -19,25 +19,26 @@ struct DetectingCameraOptions {
   RefinementOptions refinement{};
 };
 
-/// An image with its ground truth and its detections.
+/// An image with its ground truth and detections.
 struct SeenPicture {
   RenderedFrame picture{};
   TagFrame found{};
 };
 
-/// The cameras of a robot with a detector. Not thread-safe; use another() for each thread.
+/// The cameras of a robot, with a detector. Not thread-safe; use another() to create one for each thread.
 class DetectingCamera {
  public:
   [[nodiscard]] static Result<std::unique_ptr<DetectingCamera>> make(
       std::shared_ptr<const World> world, const std::vector<MountedCamera>& cameras,
       const DetectingCameraOptions& options);
 
-  /// A copy with its own detector, which shares lens tables and scene with this one.
+  /// A copy with its own detector that shares lens tables and scene with this one.
   [[nodiscard]] Result<std::unique_ptr<DetectingCamera>> another() const;
 
-  /// Renders the image. The same shot gives the same bytes, independently of earlier calls.
+  /// Renders the image. The same shot always gives the same bytes, regardless of earlier calls.
   [[nodiscard]] Result<RenderedFrame> take(const CameraShot& shot);
-  /// Renders the image and detects tags. The same shot gives the same result, independently of earlier calls.
+  /// Renders the image and detects tags. The same shot always gives the same result, regardless of earlier
+  /// calls.
   [[nodiscard]] Result<SeenPicture> detect(const CameraShot& shot);
   [[nodiscard]] const TagFinder& finder() const { return finder_; }
 

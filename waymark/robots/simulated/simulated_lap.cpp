@@ -44,7 +44,7 @@ namespace {
 /// they do not depend on the number of threads.
 class PictureLine {
  public:
-  /// One thread per scene camera; with a single camera no thread is started, and pop() does the work.
+  /// Uses one thread per scene camera; with a single camera, no thread is started and pop() does the work.
   explicit PictureLine(std::vector<std::unique_ptr<DetectingCamera>> scene_cameras);
   ~PictureLine();
   PictureLine(const PictureLine&) = delete;
@@ -52,7 +52,7 @@ class PictureLine {
 
   /// Requests an image. Does not block; the caller must keep pending() small.
   void push(CameraShot shot);
-  /// Number of requested images that pop() has not returned yet.
+  /// Number of requested images that have not yet been returned by pop().
   [[nodiscard]] std::size_t pending() const { return jobs_.size(); }
   /// Whether pop() would not block.
   [[nodiscard]] bool ready() const;
@@ -138,12 +138,12 @@ Result<SeenPicture> PictureLine::pop() {
 /// Forwards a robot's samples to a listener in order, with a TagFrame for each image.
 class SampleLine {
  public:
-  /// Creates a scene camera per thread of the setup; none without images.
+  /// Creates a scene camera for each thread in the setup; none if there are no images.
   [[nodiscard]] static Result<std::unique_ptr<SampleLine>> make(const SimulatedSetup& setup,
                                                                 const LapListener& listener);
 
-  /// Adds a sample and, for an image, the shot to render. Forwards samples that are ready; blocks if too many
-  /// images are pending.
+  /// Adds a sample and, if it is an image, the shot to render. Forwards samples that are ready; blocks if too
+  /// many images are pending.
   [[nodiscard]] Status add(Sample sample, const CameraShot& shot);
   /// Adds a sample that does not come from the robot (a command).
   [[nodiscard]] Status add(Sample sample) { return add(std::move(sample), {}); }
@@ -212,7 +212,7 @@ Status SampleLine::finish() {
 }
 
 constexpr double kPathStepMetres = 0.02;
-/// Makes the driver's noise independent of the sensors' noise.
+/// Makes the noise of the driver independent of that of the sensors.
 constexpr std::uint64_t kDriverSeed = 1000;
 
 Result<std::vector<PathPoint>> line_of(const World& world) {
@@ -229,7 +229,7 @@ SimulatedRobot robot_at_start(const SimulatedSetup& setup, const std::vector<Pat
           setup.robot,     setup.pictures ? CameraOutput::Shots : CameraOutput::Corners};
 }
 
-/// The loop of a robot in lockstep: its time does not advance during a decision.
+/// The loop for a robot in lockstep, whose time does not advance during a decision.
 RobotLoop loop_of(SimulatedSource& source, SimulatedRobot& robot, PictureSearch search, double timeout_s) {
   return {source, robot, lockstep_time([&robot] { return robot.uptime(); }), std::move(search),
           RobotLoopOptions{.timeout_s = timeout_s}};
@@ -304,7 +304,7 @@ Result<ReplayEnd> drive_replay(const SimulatedSetup& setup, Replayer& replayer, 
   driver.should_stop = listener.should_stop;
   const auto driven = loop_of(source, robot, search, options.timeout_s).drive(driver);
   if (!driven) return tl::unexpected(driven.error());
-  // The recording always ends with a zero command.
+  // A recording always ends with a zero command.
   if (Status received = driven->done ? listener.on_sample(StampedCommand{robot.now(), {}}) : Status();
       !received)
     return tl::unexpected(received.error());

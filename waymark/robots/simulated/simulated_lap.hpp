@@ -19,8 +19,8 @@ namespace waymark {
 /// waits for it.
 class SimulatedSource final : public Source {
  public:
-  /// `robot` must outlive it. `scene_camera` renders the images; without it CameraFrames are empty, and
-  /// SimulatedRobot::shot() describes the last one.
+  /// `robot` must outlive this object. `scene_camera` renders the images; without it, CameraFrames are empty,
+  /// and SimulatedRobot::shot() describes the last one.
   explicit SimulatedSource(SimulatedRobot& robot, std::unique_ptr<DetectingCamera> scene_camera = nullptr)
       : robot_(robot), scene_camera_(std::move(scene_camera)) {}
 
@@ -36,29 +36,30 @@ class SimulatedSource final : public Source {
   bool requests_command_ = false;
 };
 
-/// World, robot, cameras and options of a simulation.
+/// World, robot, cameras and options for a simulation.
 struct SimulatedSetup {
   World world{};
   RobotModel model{};
   CameraModel camera;
   SimulatedRobotOptions robot{};  ///< its seed determines the lap
   std::optional<DetectingCameraOptions>
-      pictures{};   ///< empty: corners are simulated directly, without images
-  int threads = 1;  ///< threads for rendering and detection
+      pictures{};   ///< if empty, corners are simulated directly, without images
+  int threads = 1;  ///< number of threads for rendering and detection
   std::string camera_name = "cam";
-  std::vector<MountedCamera> more_cameras{};  ///< in addition to `camera`, whose mounting is in `model`
+  std::vector<MountedCamera> more_cameras{};  ///< additional to `camera`, whose mounting is part of `model`
 
-  /// All cameras, beginning with `camera`.
+  /// All cameras, starting with `camera`.
   [[nodiscard]] std::vector<MountedCamera> cameras() const;
 };
 
-/// Callbacks during a lap or a replay, called in order of time.
+/// Callbacks during a lap or a replay, called in chronological order.
 struct LapListener {
-  /// Every sample, including the commands sent; an error ends the lap.
+  /// Called for every sample, including the commands sent; an error ends the lap.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
-  /// Every image of a lap, before the TagFrame of its detections. (Images of a replay are samples.)
+  /// Called for every image in a lap, before the TagFrame with its detections. (In a replay, images are
+  /// samples.)
   std::function<Status(const SeenPicture&)> on_picture = [](const SeenPicture&) { return Status(); };
-  /// Every decision of a replay, before its command is sent.
+  /// Called for every decision in a replay, before its command is sent.
   std::function<Status(SensorTime, const ReplayStep&)> on_step = [](SensorTime, const ReplayStep&) {
     return Status();
   };
@@ -66,28 +67,29 @@ struct LapListener {
   std::function<bool()> should_stop = [] { return false; };
 };
 
-/// A driver, called twenty times a second with the true pose (as seen by a person), the time since the start,
-/// and the time of the sensors. An error ends the lap.
+/// A driver, called twenty times a second with the true pose (as a person would see it), the time since the
+/// start, and the time of the sensors. An error ends the lap.
 using DriveFunction =
     std::function<Result<DriverDecision>(const SE2& map_T_base, Duration uptime, SensorTime now)>;
 
-/// Drives the robot with the driver `drive` from the beginning of the world's line. The listener's calls and
-/// their order do not depend on the number of threads.
+/// Drives the robot with the driver `drive`, starting at the beginning of the world's line. The calls to the
+/// listener and their order do not depend on the number of threads.
 [[nodiscard]] Result<LapEnd> drive_lap(const SimulatedSetup& setup, const DriveFunction& drive,
                                        const LapListener& listener, double timeout_s = 600);
 
-/// The scripted driver of a setup; it follows the world's line. Fails if the world has none.
+/// The scripted driver for a setup, which follows the world's line. Fails if the world has no line.
 [[nodiscard]] Result<ScriptedDriver> scripted_driver(const SimulatedSetup& setup,
                                                      const DriverOptions& driver);
 
-/// Drives the world's line once with the scripted driver: the robot starts at its beginning and stops at its
-/// end. Gives up after `timeout_s` of simulated time. Fails if the world has no line or the listener fails.
+/// Drives the world's line once with the scripted driver: the robot starts at the beginning of the line and
+/// stops at its end. Gives up after `timeout_s` of simulated time. Fails if the world has no line or the
+/// listener fails.
 [[nodiscard]] Result<LapEnd> drive_scripted_lap(const SimulatedSetup& setup, const DriverOptions& driver,
                                                 const LapListener& listener, double timeout_s = 600);
 
 struct SimulatedReplayOptions {
   double timeout_s = 600;
-  double give_up_s = 5;  ///< ReplaySessionOptions
+  double give_up_s = 5;  ///< as in ReplaySessionOptions
 };
 
 /// Runs a ReplaySession with a robot that starts at the beginning of the world's line.

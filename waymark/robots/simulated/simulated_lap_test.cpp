@@ -1,5 +1,5 @@
-// Laps with rendered images: samples do not depend on the number of threads, and detections agree with ground
-// truth.
+// Tests laps with rendered images: the samples must not depend on the number of threads, and detections must
+// agree with the ground truth.
 #include "waymark/robots/simulated/simulated_lap.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace waymark {
 namespace {
 
-/// Two metres straight ahead, towards two tags.
+/// A path of two metres straight ahead, towards two tags.
 SimulatedSetup some_setup() {
   World world{.name = "line", .path_m = {{0, 0}, {1, 0}, {2, 0}}, .path_closed = false};
   for (const int side : {-1, 1}) {
@@ -123,7 +123,7 @@ TEST(SimulatedLap, AReplayWithoutMappedTagsGivesUp) {
   EXPECT_FALSE(end->finished);
   EXPECT_EQ(end->state, ReplayState::Waiting);
   EXPECT_NEAR(end->lap_s, 2, 0.1);
-  EXPECT_LT(reached_m, 0.01) << "a robot without a pose estimate does not move";
+  EXPECT_LT(reached_m, 0.01) << "a robot that has no pose estimate does not move";
 }
 
 /// A short path past four tags, with small images to save time.

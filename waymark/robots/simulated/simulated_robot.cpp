@@ -10,7 +10,7 @@ namespace waymark {
 namespace {
 
 constexpr Duration kStep = std::chrono::milliseconds(5);
-/// Separate random streams, so that an additional lidar or image does not change the other noise.
+/// Separate random streams, so that an additional lidar or image does not change any other noise.
 constexpr std::uint64_t kLidarSeed = 5000;
 constexpr std::uint64_t kPictureSeed = 1'000'003;
 constexpr std::uint64_t kCameraSeed = 7919;
@@ -50,7 +50,7 @@ SimulatedRobot::SimulatedRobot(World world, RobotModel model, std::vector<Mounte
       lidar_random_(options.seed + kLidarSeed),
       camera_output_(camera_output),
       happened_(options.faults.size(), false) {
-  lidar_timer_.next += lidar_timer_.period;  // the first turn is over then
+  lidar_timer_.next += lidar_timer_.period;  // by then, the first revolution is complete
   for (MountedCamera& camera : cameras)
     cameras_.push_back({std::move(camera), Random(options.seed + kCameraSeed * cameras_.size())});
 }
@@ -59,7 +59,7 @@ bool SimulatedRobot::fault_active(FaultKind kind) const {
   return !options_.faults.empty() && active(options_.faults, kind, to_seconds(uptime()));
 }
 
-/// Applies an active fault that affects motion.
+/// Applies an active fault that affects the motion.
 void SimulatedRobot::apply_motion_fault(const Fault& fault, Grip& grip) {
   if (fault.kind == FaultKind::SlipBurst) {
     grip.speed_share = fault.speed_share;
@@ -90,7 +90,7 @@ void SimulatedRobot::apply_faults() {
   next_tag_change_s_ = next_tag_change_s(options_.faults, now_s);
 }
 
-/// Queues a sample with its stamp by the robot's clock.
+/// Queues a sample with a timestamp from the robot's clock.
 void SimulatedRobot::emit(Sample sample) {
   if (clock_offset_ != Duration::zero())
     std::visit([&](auto& value) { value.stamp += clock_offset_; }, sample);

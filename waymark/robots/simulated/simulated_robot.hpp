@@ -13,25 +13,25 @@
 
 namespace waymark {
 
-/// All inputs to render an image, so that another thread can do it.
+/// All inputs needed to render an image, so that another thread can do it.
 struct CameraShot {
-  SensorTime stamp{};                               ///< middle of the exposure, by the robot's clock
-  std::shared_ptr<const World> world;               ///< at that time
-  SE3 map_T_base{};                                 ///< at the middle of the exposure
-  Eigen::Vector3d twist = Eigen::Vector3d::Zero();  ///< of base in base axes: x, y [m/s], yaw [rad/s]
-  std::uint64_t seed = 0;                           ///< of this image's noise
-  bool dark = false;                                ///< the lens is covered
-  std::size_t camera = 0;                           ///< index among the robot's cameras
+  SensorTime stamp{};                               ///< middle of the exposure, on the robot's clock
+  std::shared_ptr<const World> world;               ///< world at that time
+  SE3 map_T_base{};                                 ///< pose in the middle of the exposure
+  Eigen::Vector3d twist = Eigen::Vector3d::Zero();  ///< in base axes: x, y [m/s], yaw [rad/s]
+  std::uint64_t seed = 0;                           ///< seed for the noise in this image
+  bool dark = false;                                ///< whether the lens is covered
+  std::size_t camera = 0;                           ///< index of the camera on the robot
 };
 
 /// Output of the cameras.
 enum class CameraOutput : std::uint8_t {
-  Corners,  ///< TagFrame with simulated corners, without images
-  Shots,    ///< CameraFrame without an image, and shot() to render it
+  Corners,  ///< TagFrames with simulated corners, without images
+  Shots,    ///< CameraFrames without an image, and shot() for rendering it
 };
 
-/// A simulated robot in a world. next() advances the time to the next sample; command() takes effect from
-/// then on. Faults occur as scripted.
+/// A simulated robot in a world. next() advances the time to the next sample; a command takes effect as soon
+/// as command() is called. Faults occur as scripted.
 class SimulatedRobot final : public Robot {
  public:
   /// All cameras expose simultaneously.
@@ -45,13 +45,13 @@ class SimulatedRobot final : public Robot {
   [[nodiscard]] Sample next();
   Status command(const VelocityCommand& command) override;
 
-  /// The time of the clock that stamps samples; it may jump.
+  /// The time on the clock used for timestamps; it may jump.
   [[nodiscard]] SensorTime now() const { return dynamics_.now() + clock_offset_; }
   /// Time since the start; never jumps.
   [[nodiscard]] Duration uptime() const { return dynamics_.now().time_since_epoch(); }
-  /// The shot of the CameraFrame that next() returned last.
+  /// The shot for the CameraFrame that was last returned by next().
   [[nodiscard]] const CameraShot& shot() const { return given_shot_; }
-  /// The true pose, for simulated drivers; never for an estimator.
+  /// The true pose, for simulated drivers only, never for an estimator.
   [[nodiscard]] const SE2& true_map_T_base() const { return dynamics_.map_T_base(); }
 
  private:
@@ -75,7 +75,7 @@ class SimulatedRobot final : public Robot {
   void apply_faults();
   void apply_motion_fault(const Fault& fault, Grip& grip);
   void emit(Sample sample);
-  /// Queues the sample after the camera's latency.
+  /// Queues the sample after the latency of the camera.
   void emit_late(Sample sample);
   [[nodiscard]] bool fault_active(FaultKind kind) const;
 
@@ -97,14 +97,14 @@ class SimulatedRobot final : public Robot {
   Duration clock_offset_{};
   double next_tag_change_s_ = 0;
   std::vector<bool> happened_;
-  SE2 camera_base_ = SE2();  ///< pose of the base that the cameras show
+  SE2 camera_base_ = SE2();  ///< pose of the base from which the cameras take their images
   std::vector<CameraState> cameras_;
   CameraShot given_shot_{};
   std::deque<CameraShot> shots_;
   std::uint64_t pictures_ = 0;
   std::deque<Sample> ready_;
   struct Late {
-    Duration due{};  ///< by uptime
+    Duration due{};  ///< due time, as uptime
     Sample sample;
   };
   std::deque<Late> late_;

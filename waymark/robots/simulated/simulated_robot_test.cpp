@@ -1,4 +1,4 @@
-// The simulated robot applies scripted faults at their time.
+// Tests that the simulated robot applies scripted faults at the right time.
 #include "waymark/robots/simulated/simulated_robot.hpp"
 
 #include <cmath>
@@ -135,7 +135,7 @@ TEST(SimulatedFaults, InASlipBurstTheWheelsCountMoreThanTheTravelledDistance) {
   const Received received =
       drive({{.kind = FaultKind::SlipBurst, .at_s = 1, .for_s = 2, .speed_share = 0.5}});
   const double travelled_m = received.truth.back().map_T_base.translation().x();
-  const double counted_m = received.odometry.back().odom_T_base.x() / 1.02;  // default scale error
+  const double counted_m = received.odometry.back().odom_T_base.x() / 1.02;  // the default scale error
   EXPECT_NEAR(counted_m - travelled_m, 0.5 * 0.2 * 2, 0.01);
 }
 

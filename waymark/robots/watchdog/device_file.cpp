@@ -31,7 +31,7 @@ bool has_open(const std::string& folder, const std::string& path) {
 }
 
 /// The id of the process that holds a lock on the file, from the Linux lock table (proc(5), /proc/locks);
-/// empty if none.
+/// empty if there is none.
 std::string locker_of(const std::string& path) {
   struct stat node {};
   if (::stat(path.c_str(), &node) != 0) return {};

@@ -131,7 +131,7 @@ std::optional<int> wait_status(pid_t pid) {
     ended = waitpid(pid, &status, WNOHANG);
   } while (ended < 0 && errno == EINTR);
   if (ended == 0) return std::nullopt;
-  return ended == pid ? status : 0;  // another thread has already collected its status
+  return ended == pid ? status : 0;  // another thread has already collected the status
 }
 
 int exit_code_of(int wait_status) {
@@ -173,7 +173,7 @@ std::optional<Line> LineSplitter::rest() {
 void LineQueue::push(std::string line) {
   bytes_ += line.size();
   lines_.push_back(std::move(line));
-  // The first line may be partly written and must be kept.
+  // The first line may already be partly written, so it must be kept.
   while (bytes_ > max_bytes_ && lines_.size() > 2) {
     const auto oldest = lines_.begin() + 1;
     bytes_ -= oldest->size();

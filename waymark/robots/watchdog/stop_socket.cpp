@@ -50,7 +50,7 @@ bool is_ours(const fs::path& folder) {
          (info.st_mode & kOthers) == 0;
 }
 
-/// A connection whose answer is pending.
+/// A connection that is waiting for an answer.
 struct StopRequest {
   fs::path path;
   Descriptor socket;
@@ -58,14 +58,14 @@ struct StopRequest {
   bool over = false;
 };
 
-/// Connects to a socket. Empty if no process listens; the socket is then removed.
+/// Connects to a socket. `nullopt` if no process is listening; the socket is then removed.
 std::optional<StopRequest> request_stop(const fs::path& path) {
   const auto address = address_of(path);
   StopRequest asked{path, unix_socket()};
   if (!address || !asked.socket.open()) return std::nullopt;
   if (::connect(asked.socket.number(), generic(*address), sizeof *address) == 0) return asked;
   if (errno == ECONNREFUSED) ::unlink(path.c_str());
-  if (errno != EAGAIN) return std::nullopt;  // EAGAIN: its queue is full, so it does not answer
+  if (errno != EAGAIN) return std::nullopt;  // EAGAIN means that its queue is full, so it does not answer
   asked.over = true;
   return asked;
 }
@@ -102,7 +102,7 @@ Result<std::unique_ptr<StopSocket>> StopSocket::open(const fs::path& folder, std
                 {.source = made->path_.string()});
   made->end_ = Descriptor(ends[0]);
   made->over_ = Descriptor(ends[1]);
-  ::unlink(made->path_.c_str());  // left by an earlier process with the same id
+  ::unlink(made->path_.c_str());  // left over from an earlier process with the same id
   constexpr int kWaiting = 16;
   if (!made->socket_.open() || ::bind(made->socket_.number(), generic(*address), sizeof *address) != 0 ||
       ::listen(made->socket_.number(), kWaiting) != 0) {
@@ -133,7 +133,7 @@ void StopSocket::listen() {
     const Descriptor client(::accept4(socket_.number(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!client.open()) {
       constexpr int kRetryPeriod_ms = 20;
-      (void)::poll(&fds[1], 1, kRetryPeriod_ms);  // out of descriptors; try again
+      (void)::poll(&fds[1], 1, kRetryPeriod_ms);  // out of file descriptors; try again
       continue;
     }
     on_stop_();

@@ -45,7 +45,7 @@ TEST_F(Stop, RemovesTheSocketOfAProcessThatDied) {
   const pid_t pid = fork();
   if (pid == 0) {
     const auto socket = StopSocket::open(folder_, "gone", [] {});
-    _exit(socket ? 0 : 1);  // without its destructor
+    _exit(socket ? 0 : 1);  // exits without calling the destructor
   }
   int status = 0;
   waitpid(pid, &status, 0);

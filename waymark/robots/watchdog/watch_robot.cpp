@@ -104,7 +104,7 @@ constexpr Duration kHeartbeat = std::chrono::milliseconds(50);
 volatile std::sig_atomic_t asked_to_end = 0;
 extern "C" void ask_to_end(int /*signal*/) { asked_to_end = 1; }
 
-/// Ignores the signals of the terminal: the watchdog ends when its input is closed, or by SIGTERM.
+/// Ignores signals from the terminal: the watchdog ends when its input is closed, or on SIGTERM.
 void set_signals() {
   for (const int signal : {SIGINT, SIGQUIT, SIGHUP, SIGPIPE}) (void)std::signal(signal, SIG_IGN);
   struct sigaction on_term {};
@@ -143,7 +143,7 @@ class Watchdog {
     const Duration now = steady_now();
     Duration until = listen_only_ ? kHeartbeat : std::min(kHeartbeat, watch_.next(now) - now);
     if (robot_.to.open() && until <= Duration(0))
-      until = kUnreadPoll;  // a command is due, but the robot does not read
+      until = kUnreadPoll;  // a command is due, but the robot is not reading
     std::array<pollfd, 3> fds{{{driver_gone_at_ ? -1 : STDIN_FILENO, POLLIN, 0},
                                {queue_.empty() || reader_gone_ ? -1 : STDOUT_FILENO, POLLOUT, 0},
                                {robot_.from.number(), POLLIN, 0}}};
@@ -176,7 +176,7 @@ class Watchdog {
     const Moved moved = read_some(robot_.from.number(), bytes);
     lines_.add(bytes);
     const auto forward = [this](Line line) {
-      // One byte above the limit marks the line as too long for the driver.
+      // One byte more than the limit marks the line as too long for the driver.
       if (line.too_long) line.text += '.';
       if (!reader_gone_) queue_.push(std::move(line.text) + '\n');
     };
@@ -184,7 +184,8 @@ class Watchdog {
     if (moved != Moved::Ended) return;
     robot_.from.close();
     if (auto line = lines_.rest()) forward(std::move(*line));
-    // Without its samples the robot cannot be driven, so zero is sent from now on, then its process is ended.
+    // Without its samples the robot cannot be driven, so zero is sent from now on and then its process is
+    // ended.
     mute_at_ = steady_now();
     watch_.give_up();
   }
@@ -199,7 +200,7 @@ class Watchdog {
       queue_.pop(written);
     }
     if (!mute_at_ || !queue_.empty() || output_closed_) return;
-    (void)close(STDOUT_FILENO);  // so that the driver notices immediately
+    (void)close(STDOUT_FILENO);  // lets the driver notice immediately
     output_closed_ = true;
   }
 
@@ -216,19 +217,19 @@ class Watchdog {
   }
 
   void write_line(const std::string& line) {
-    std::size_t written = 0;  // shorter than PIPE_BUF, so it is written as a whole or not at all
+    std::size_t written = 0;  // shorter than PIPE_BUF, so it is written either as a whole or not at all
     if (write_some(robot_.to.number(), line, written) == Moved::Ended) robot_.to.close();
   }
 
   [[nodiscard]] bool over() {
     status_ = wait_status(robot_.pid);
-    if (status_ || !robot_.to.open()) return true;  // a robot that reads no orders cannot be stopped by them
+    if (status_ || !robot_.to.open()) return true;  // a robot that does not read cannot be stopped by orders
     const Duration now = steady_now();
     closed_output_ = mute_at_ && now - *mute_at_ >= options_.farewell;
     return closed_output_ || (driver_gone_at_ && now - *driver_gone_at_ >= options_.farewell);
   }
 
-  /// Waits for the end of the robot process until `deadline`, and meanwhile forwards its lines.
+  /// Waits for the robot process to end until `deadline`, forwarding its lines in the meantime.
   bool ended_by(Duration deadline) {
     while (!status_ && steady_now() < deadline) {
       read_robot();
@@ -251,9 +252,9 @@ class Watchdog {
         }
       }
     }
-    (void)kill(-robot_.pid, SIGTERM);  // its remaining child processes
+    (void)kill(-robot_.pid, SIGTERM);  // also ends its remaining child processes
     const Duration deadline = steady_now() + options_.patience;
-    do {  // forward its last lines
+    do {  // forwards its last lines
       read_robot();
       write_driver();
     } while (!driver_gone_at_ && (robot_.from.open() || !queue_.empty()) && steady_now() < deadline &&
@@ -276,10 +277,10 @@ class Watchdog {
   LineSplitter lines_{};
   LineQueue queue_{};
   std::optional<Duration> driver_gone_at_{};
-  bool reader_gone_ = false;           ///< the reader of the robot's lines; the driver may be gone before
-  std::optional<Duration> mute_at_{};  ///< the robot's standard output ended
-  bool output_closed_ = false;         ///< and all of it was forwarded
-  bool closed_output_ = false;         ///< while its process continued
+  bool reader_gone_ = false;           ///< the reader of the robot's lines; the driver may disconnect earlier
+  std::optional<Duration> mute_at_{};  ///< when the robot's standard output ended
+  bool output_closed_ = false;         ///< whether all of it has been forwarded
+  bool closed_output_ = false;         ///< whether its process continued after that
   std::optional<int> status_{};
 };
 

@@ -59,7 +59,7 @@ TEST(CommandWatch, ForwardsACommandOnceAndStopsWhenItIsOld) {
 TEST(CommandWatch, RejectsOldRepeatedFutureAndNonFiniteCommands) {
   CommandWatch watch;
   const Duration now = milliseconds(1000);
-  EXPECT_FALSE(watch.offer(ahead(1, now - milliseconds(251)), now)) << "too long in the pipe";
+  EXPECT_FALSE(watch.offer(ahead(1, now - milliseconds(251)), now)) << "it was in the pipe for too long";
   EXPECT_FALSE(watch.offer(ahead(1, now + nanoseconds(1)), now));
   WireCommand bad = ahead(1, now);
   bad.yaw_rate_rad_s = std::numeric_limits<double>::quiet_NaN();
@@ -69,12 +69,13 @@ TEST(CommandWatch, RejectsOldRepeatedFutureAndNonFiniteCommands) {
   EXPECT_FALSE(watch.offer(ahead(4, now), now));
   watch.give_up();
   EXPECT_FALSE(watch.offer(ahead(6, now), now));
-  EXPECT_FALSE(moves(watch.due(now).value())) << "the driver has gone: a fresh command does not drive either";
+  EXPECT_FALSE(moves(watch.due(now).value()))
+      << "the driver has disconnected, so a fresh command does not drive either";
 }
 
 TEST(CommandWatch, NeverDrivesOnACommandOlderThanTheTimeout) {
-  // The robot executes the last order until the next; the driver connects and disconnects, and orders are
-  // read irregularly.
+  // The robot executes the last order until it receives the next one. The driver connects and disconnects,
+  // and orders are read at irregular intervals.
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     Random random(seed);
     CommandWatch watch;

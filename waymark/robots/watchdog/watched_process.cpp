@@ -77,7 +77,7 @@ Status WatchedProcess::send(double speed_m_s, double yaw_rate_rad_s, std::int64_
   const std::string line = wire_line({++sequence_, steady_now(), speed_m_s, yaw_rate_rad_s, step});
   std::size_t written = 0;
   const bool gone = !watchdog_.to.open() || write_some(watchdog_.to.number(), line, written) == Moved::Ended;
-  // The last lines explain the reason better, so read() returns them first, then the error.
+  // The last lines explain the reason better, so read() first returns them and then the error.
   if (gone && !watchdog_.from.open()) return tl::unexpected(ended());
   return {};
 }
@@ -114,7 +114,7 @@ Result<pid_t> WatchedProcess::drive_from_child(double speed_m_s, double yaw_rate
   if (child < 0)
     return fail(ErrorCode::LimitExceeded, std::string("cannot start a process: ") + std::strerror(errno));
   if (child > 0) {
-    watchdog_.to.close();  // only the child holds the pipe, so the watchdog sees its end
+    watchdog_.to.close();  // only the child holds the pipe, so the watchdog notices when the child ends
     return child;
   }
   (void)prctl(PR_SET_PDEATHSIG, static_cast<unsigned long>(SIGKILL));
@@ -138,10 +138,10 @@ int WatchedProcess::close() {
   watchdog_.to.close();
   watchdog_.from.close();
   const Duration deadline =
-      steady_now() + std::chrono::seconds(8);  // the watchdog itself waits for up to 3 times 2 s
+      steady_now() + std::chrono::seconds(8);  // the watchdog itself waits up to 3 times 2 s
   std::optional<int> status;
   while (!(status = wait_status(watchdog_.pid)) && steady_now() < deadline) (void)poll(nullptr, 0, 2);
-  if (!status) (void)kill(watchdog_.pid, SIGKILL);  // frozen; the end of its pipes stops the robot
+  if (!status) (void)kill(watchdog_.pid, SIGKILL);  // frozen, but the end of its pipes stops the robot
   watchdog_died_ = status && WIFSIGNALED(*status);
   exit_code_ = status ? exit_code_of(*status) : 128 + SIGKILL;
   return *exit_code_;

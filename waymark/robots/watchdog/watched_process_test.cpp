@@ -18,7 +18,7 @@
 #include "tests/support/golden_page.hpp"
 #include "waymark/base/random.hpp"
 
-// Processes run in real time; the tests check the order of events. The bounds in seconds allow for busy
+// The processes run in real time; the tests check the order of events. The bounds in seconds allow for busy
 // computers.
 namespace waymark {
 namespace {
@@ -37,7 +37,7 @@ struct ReceivedLine {
   [[nodiscard]] bool bye() const { return line.find("bye") != std::string::npos; }
 };
 
-/// A robot that writes every order to a named pipe, where the test stamps it.
+/// A robot that writes every order to a named pipe, where the test adds a timestamp.
 class Robot {
  public:
   Robot() {
@@ -88,7 +88,7 @@ class Robot {
   std::vector<ReceivedLine> received_;
 };
 
-/// A separate process that drives without end.
+/// A separate process that keeps driving indefinitely.
 pid_t fork_driver(const std::string& command) {
   const pid_t pid = fork();
   if (pid != 0) return pid;
@@ -116,7 +116,7 @@ TEST(Watchdog, StopsTheRobotWhenTheDriverIsKilledAtAnyMoment) {
     ASSERT_EQ(kill(driver, SIGKILL), 0);
     reap(driver);
     ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.bye(); }))
-        << "the robot is notified of the end";
+        << "the robot is notified that it ends";
     bool stopped = false;
     int zeros = 0;
     for (std::size_t k = before; k < robot.received().size(); ++k) {
@@ -179,7 +179,7 @@ TEST(Watchdog, SendsZeroBeforeTheFirstCommandAndAfterTheLast) {
   ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.stops(); })) << "0.25 s later";
   EXPECT_EQ((*wire)->close(), 0) << "cat ends when its input does";
   ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.bye(); }));
-  EXPECT_FALSE((*wire)->send(0.3, 0)) << "the process is closed";
+  EXPECT_FALSE((*wire)->send(0.3, 0)) << "the process has been closed";
 }
 
 TEST(Watchdog, ReportsHowTheRobotsProcessEnded) {
@@ -236,7 +236,7 @@ TEST(Watchdog, StopsARobotThatClosesItsStandardOutput) {
   ASSERT_FALSE(lines) << "the driver is notified";
   testing::expect_on_page("robots", lines.error());
   ASSERT_TRUE(robot.listen([](const ReceivedLine& received) { return received.bye(); }));
-  // Only a command in flight at the end of its output may still move it.
+  // Only a command in flight when its output ended may still move it.
   int moves = 0;
   for (const ReceivedLine& received : robot.received()) moves += received.moves() ? 1 : 0;
   EXPECT_LE(moves, 1);

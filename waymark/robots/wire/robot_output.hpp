@@ -10,17 +10,17 @@
 namespace waymark {
 
 /// Output of a robot process (docs/formats/robot-process.md): lines, and messages for the user. Messages
-/// before the hello go to `wire.note`, later ones are log lines.
+/// before the hello go to `wire.note`; later ones become log lines.
 class RobotOutput {
  public:
-  /// `wire` outlives this.
+  /// `wire` must outlive this object.
   explicit RobotOutput(const RobotWire& wire) : wire_(wire) {}
 
-  /// Writes the hello, the first line.
+  /// Writes the hello, which is the first line.
   void greet(const RobotHello& hello);
   void write(const std::vector<std::string>& lines);
   void report(const std::string& text);
-  /// Reports the text unless it was reported before.
+  /// Reports the text unless it has already been reported.
   void report_once(const std::string& text);
   [[nodiscard]] bool greeted() const { return greeted_; }
   /// Whether the output still has a reader.

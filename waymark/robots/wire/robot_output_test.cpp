@@ -35,7 +35,7 @@ TEST(RobotOutput, MessagesGoToTheUserUntilTheHelloAndAreLogLinesAfterIt) {
   reads = false;
   output.write({"a\n", "b\n"});
   EXPECT_FALSE(output.open());
-  EXPECT_THAT(sent, SizeIs(3)) << "nothing is written once the reader has gone";
+  EXPECT_THAT(sent, SizeIs(3)) << "nothing is written once the reader has disconnected";
 }
 
 }  // namespace

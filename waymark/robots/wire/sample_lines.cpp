@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 constexpr unsigned kNames = 10;
 constexpr std::string_view kFolder = "waymark-pictures-";
 
-/// Removes the folders of processes that were killed and could not remove them.
+/// Removes the folders of processes that were killed and could not remove them themselves.
 void remove_abandoned(const fs::path& where) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(where, ignored)) {
@@ -73,7 +73,7 @@ Result<std::string> PictureRing::put(std::span<const std::uint8_t> bytes) {
 
 namespace {
 
-/// Converts a message of several lines to one: "the transforms are:\n  odom\n    base" becomes "the
+/// Converts a message with several lines to one line: "the transforms are:\n  odom\n    base" becomes "the
 /// transforms are: odom, base".
 std::string one_line(const std::string& text) {
   std::string line;

@@ -18,9 +18,9 @@
 
 namespace waymark {
 
-/// Passes images to another process as files in memory: a ring of ten files in a folder of /dev/shm, or of
-/// the temporary folder if there is none. Files are renamed into place when complete. The destructor removes
-/// the folder.
+/// Passes images to another process as files in memory: a ring of ten files in a folder in /dev/shm, or in
+/// the temporary folder if /dev/shm does not exist. Complete files are renamed into place. The destructor
+/// removes the folder.
 class PictureRing {
  public:
   static Result<PictureRing> make();
@@ -41,24 +41,24 @@ class PictureRing {
   unsigned next_ = 0;
 };
 
-/// Writes an image, the bytes of a JPEG, PNG or PNM file, to a file for the other process and returns its
-/// path.
+/// Writes an image, given as the bytes of a JPEG, PNG or PNM file, to a file for the other process and
+/// returns its path.
 using PutPicture = std::function<Result<std::string>(std::span<const std::uint8_t>)>;
-/// Writes to a PictureRing; empty if none can be created, so that lines contain the images as base64.
+/// Writes to a PictureRing. Empty if one cannot be created, so that lines contain the images as base64.
 [[nodiscard]] PutPicture pictures_in_memory();
 
-/// Converts the samples of a robot on a network to lines of a robot process (docs/formats/robot-process.md).
-/// Samples that the reader would reject, and those with misleading stamps, are returned as errors for drop(),
-/// which counts and reports them. Pure except for `put_picture`.
+/// Converts samples from a robot on a network to lines of a robot process (docs/formats/robot-process.md).
+/// Samples that the reader would reject, and those with misleading timestamps, are returned as errors for
+/// drop(), which counts and reports them. Pure except for `put_picture`.
 class SampleLines {
  public:
-  /// `network`: the name of the robot's network in errors.
+  /// `network` is the name of the robot's network in errors.
   SampleLines(std::string network, const std::string& robot_name, PutPicture put_picture);
 
-  /// The line of a sample received on this topic. `arrived`, `leads`: see StampGate::pass().
+  /// The line for a sample received on this topic. See StampGate::pass() for `arrived` and `leads`.
   [[nodiscard]] Result<std::string> line_of(Sample sample, const std::string& topic, Duration arrived,
                                             bool leads);
-  /// The line of an encoded image.
+  /// The line for an encoded image.
   [[nodiscard]] Result<std::string> line_of(SensorTime stamp, const std::vector<std::uint8_t>& picture,
                                             const std::string& topic, Duration arrived);
 
@@ -68,7 +68,7 @@ class SampleLines {
   /// The reports for the user since the last call, as log lines.
   [[nodiscard]] std::vector<std::string> take_reports();
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
-  /// Whether a message of the leading topic was accepted.
+  /// Whether a message on the leading topic has been accepted.
   [[nodiscard]] bool speaks() const { return gate_.offset().has_value(); }
   /// StampGate::offset().
   [[nodiscard]] std::optional<Duration> offset() const { return gate_.offset(); }
@@ -79,7 +79,7 @@ class SampleLines {
 
   PutPicture put_picture_;
   StampGate gate_{};
-  RobotMessageReader check_;  ///< rejects the lines that the reader of the other process would reject
+  RobotMessageReader check_;  ///< rejects lines that the reader in the other process would reject
   std::int64_t checked_ = 0;
   DropReports drops_{};
   std::uint64_t dropped_ = 0;
@@ -87,8 +87,8 @@ class SampleLines {
   std::vector<std::string> pending_{};
 };
 
-/// A message if a published calibration differs from the robot file's. Empty if the image sizes are equal and
-/// focal lengths and principal points agree within 1 % of the focal length.
+/// A message if a published calibration differs from that in the robot file. Empty if the image sizes are
+/// equal and the focal lengths and principal points agree to within 1 % of the focal length.
 [[nodiscard]] std::string camera_difference(const CameraModel& published, const RobotDescription& robot);
 
 }  // namespace waymark

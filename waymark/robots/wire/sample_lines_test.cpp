@@ -64,7 +64,7 @@ TEST(PictureRing, RemovesTheFoldersOfKilledProcesses) {
   std::ofstream(folder_of(ended) / "3.picture") << "bytes";
   ASSERT_TRUE(PictureRing::make());
   EXPECT_FALSE(std::filesystem::exists(folder_of(ended)));
-  EXPECT_TRUE(std::filesystem::exists(folder_of(getpid()))) << "this process runs";
+  EXPECT_TRUE(std::filesystem::exists(folder_of(getpid()))) << "this process is running";
   EXPECT_TRUE(std::filesystem::exists(foreign)) << "the name does not contain a process id";
   std::filesystem::remove(folder_of(getpid()));
   std::filesystem::remove(foreign);
@@ -105,7 +105,7 @@ TEST(SampleLines, CountsAllDropsAndReportsThemLessAndLessOften) {
     lines.drop("/imu", {ErrorCode::InvalidArgument, "its stamp is zero", {}, {}});
   lines.drop("/odom", {ErrorCode::InvalidArgument, "its stamp is zero", {}, {}});
   EXPECT_EQ(lines.dropped(), 1001U);
-  // The 1st, 3rd, 10th, 30th, 100th, 300th and 1000th of /imu, and one of /odom.
+  // The 1st, 3rd, 10th, 30th, 100th, 300th and 1000th message on /imu, and one on /odom.
   EXPECT_THAT(lines.take_reports(), SizeIs(7 + 1));
   EXPECT_THAT(lines.take_reports(), SizeIs(0));
   for (int i = 0; i < 3; ++i) lines.report_once("two cameras publish");

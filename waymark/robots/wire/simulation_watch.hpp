@@ -8,27 +8,27 @@
 namespace waymark {
 
 struct SimulationWatchOptions {
-  Duration silent = std::chrono::milliseconds(220);  ///< without odometry: the robot is held
-  Duration ended = std::chrono::seconds(5);          ///< without odometry and clock: the simulation ended
+  Duration silent = std::chrono::milliseconds(220);  ///< time without odometry after which the robot is held
+  Duration ended = std::chrono::seconds(5);  ///< time without odometry and clock after which it has ended
 };
 
-/// Detects whether a simulation runs, is paused or has ended. Pure: `now` is a steady clock.
+/// Detects whether a simulation is running, is paused or has ended. Pure: `now` is a steady clock.
 class SimulationWatch {
  public:
   explicit SimulationWatch(const SimulationWatchOptions& options = {}) : options_(options) {}
 
-  /// Call for new odometry.
+  /// To be called for new odometry.
   void odometry(Duration now) { newest_odometry_ = now; }
-  /// Call for each clock message; the simulation also publishes the clock while paused.
+  /// To be called for each clock message; the simulation also publishes the clock while paused.
   void clock(Duration now) { clock_ = now; }
-  /// Starts again, for example after this program itself was busy.
+  /// Starts over, for example after this program itself has been busy.
   void reset() { newest_odometry_.reset(); }
   /// Whether the robot must be held because odometry is missing. False before the first odometry.
   [[nodiscard]] bool silent(Duration now) const;
   /// Whether odometry and clock have both been missing for `options.ended`. False before the first odometry.
   [[nodiscard]] bool ended(Duration now) const;
-  /// A message about the change since the last call; empty if nothing changed. `drives`: commands are sent to
-  /// the robot.
+  /// A message about the change since the last call; empty if nothing has changed. `drives`: whether commands
+  /// are sent to the robot.
   [[nodiscard]] std::string take_reports(Duration now, bool drives = true);
 
  private:

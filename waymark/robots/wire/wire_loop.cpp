@@ -28,7 +28,7 @@ class WireLoop::Orders {
     if (!sender_)
       sender_.emplace([&loop](const VelocityCommand& command) { loop.send(command); }, wire_, early_.role());
   }
-  /// Before the hello only a bye ends the process, because input from /dev/null ends immediately.
+  /// Before the hello, only a bye ends the process, because input from /dev/null ends immediately.
   [[nodiscard]] bool over(bool greeted) {
     return sender_ ? sender_->ended() && (greeted || sender_->received_bye()) : early_.received_bye();
   }

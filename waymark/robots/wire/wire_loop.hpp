@@ -14,19 +14,19 @@
 
 namespace waymark {
 
-/// Reports that a robot is silent, each report once until the robot sends again. Pure.
+/// Reports that a robot is silent, making each report once until the robot sends data again. Pure.
 class SilenceReports {
  public:
   struct Report {
-    Duration after{};  ///< the silence is longer than this
+    Duration after{};  ///< reported when the silence is longer than this
     std::string text{};
-    std::string text_listening{};  ///< if another program drives; empty: `text`
+    std::string text_listening{};  ///< used if another program drives; `text` if empty
   };
-  /// Silence up to `pause` is ignored and makes all reports due again.
+  /// Silence of up to `pause` is ignored and makes all reports due again.
   SilenceReports(Duration pause, std::vector<Report> reports)
       : pause_(pause), reports_(std::move(reports)), reported_(reports_.size(), false) {}
 
-  /// The reports that are due and were not returned yet.
+  /// The reports that are due and have not been returned yet.
   [[nodiscard]] std::vector<std::string> take_reports(Duration silent, bool listens = false);
 
  private:
@@ -35,27 +35,28 @@ class SilenceReports {
   std::vector<bool> reported_;
 };
 
-/// The output of a robot process if the robot does not send anything.
+/// What a robot process reports if the robot does not send anything.
 struct NoContact {
-  std::string report{};  ///< after report_after
-  Status gave_up{};      ///< after give_up_after: the error that ends the process
+  std::string report{};  ///< reported after report_after
+  Status gave_up{};      ///< the error that ends the process after give_up_after
 };
 
 struct WireLoopOptions {
   Duration report_after = std::chrono::seconds(3);
   Duration give_up_after = std::chrono::seconds(12);
-  Duration check_period{};             ///< between calls of check(); zero: every turn
-  bool report_again = false;           ///< print the report again whenever its text has changed
-  bool commands_before_hello = false;  ///< the robot sends only after it received commands
+  Duration check_period{};             ///< time between calls of check(); every turn if zero
+  bool report_again = false;           ///< whether to print the report again whenever its text has changed
+  bool commands_before_hello = false;  ///< whether the robot only sends data once it has received commands
 };
 
-/// The loop of a robot process (docs/formats/robot-process.md), which is the same for every network. Receives
-/// from the robot, writes the hello once the robot may be commanded, and sends the input's commands until the
-/// input ends. If the robot sends nothing, it reports what was found and finally gives up. Each robot derives
-/// from this class and implements its network. Each turn calls the functions below in their order.
+/// The loop of a robot process (docs/formats/robot-process.md), which is the same for every network. It
+/// receives data from the robot, writes the hello once the robot may be commanded, and sends the commands
+/// from the input until the input ends. If the robot sends nothing, it reports what was found and finally
+/// gives up. Each kind of robot derives from this class and implements its network. In each turn, the
+/// functions below are called in order.
 class WireLoop {
  public:
-  /// `wire` outlives this; `now` is a steady clock.
+  /// `wire` must outlive this object; `now` is a steady clock.
   explicit WireLoop(const RobotWire& wire, const WireLoopOptions& options = {},
                     std::function<Duration()> now = steady_now)
       : wire_(wire), options_(options), now_(std::move(now)), output_(wire) {}
@@ -63,8 +64,8 @@ class WireLoop {
   WireLoop(const WireLoop&) = delete;
   WireLoop& operator=(const WireLoop&) = delete;
 
-  /// Runs until the input ends, the reader of the output has gone, or `wire.should_stop` returns true.
-  /// Nothing is sent to the robot after it returns.
+  /// Runs until the input ends, the reader of the output has disconnected, or `wire.should_stop` returns
+  /// true. Nothing is sent to the robot after it returns.
   [[nodiscard]] Status run();
 
  protected:
@@ -79,7 +80,7 @@ class WireLoop {
   [[nodiscard]] Duration waited() const { return now_() - began_; }
 
  private:
-  /// Waits briefly for messages of the robot and forwards them.
+  /// Waits briefly for messages from the robot and forwards them.
   virtual Status poll_robot() = 0;
   /// Before the hello: returns whether it may be written. Fails if it can never be written.
   virtual Result<bool> ready() = 0;
@@ -95,7 +96,7 @@ class WireLoop {
   virtual std::vector<std::string> silence_reports(Duration /*now*/) { return {}; }
   /// Further checks, before and after the hello.
   virtual Status check() { return {}; }
-  /// Whether the robot has not sent anything yet, so that the process reports it and finally gives up.
+  /// Whether the robot has not sent anything yet, so that the process reports this and finally gives up.
   virtual bool waits() const { return !greeted(); }
   virtual NoContact no_contact() = 0;
 

@@ -26,7 +26,7 @@ constexpr const char* kListens = R"({"type":"hello","protocol_version":1,"listen
 constexpr const char* kFast = R"({"type":"velocity","speed_m_s":0.5,"yaw_rate_rad_s":0})";
 constexpr const char* kBye = R"({"type":"bye"})";
 
-/// The ends of a process, and a clock that only the robot advances.
+/// The ends of a process, and a clock that is advanced only by the robot.
 struct FakeWire {
   FakeWire() {
     std::array<int, 2> ends{};
@@ -44,7 +44,7 @@ struct FakeWire {
   Descriptor orders{};
   Duration now = seconds(1000);
   bool reads = true;
-  std::vector<std::string> lines{};  ///< written to the reader
+  std::vector<std::string> lines{};  ///< lines written to the reader
   std::vector<std::string> shown{};  ///< messages for the user
   RobotWire wire{.input = 0,
                  .write =
@@ -55,14 +55,14 @@ struct FakeWire {
                  .note = [this](const std::string& text) { shown.push_back(text); }};
 };
 
-/// A robot that sends from `sends_after` on; each turn takes 50 ms of the fake clock.
+/// A robot that starts sending at `sends_after`; each turn takes 50 ms on the fake clock.
 class FakeRobot final : public WireLoop {
  public:
   explicit FakeRobot(FakeWire& fake, const WireLoopOptions& options = {})
       : WireLoop(fake.wire, options, [&fake] { return fake.now; }), fake_(fake) {}
 
   std::function<void(Duration waited)> at_turn = [](Duration) {};
-  std::optional<Duration> sends_after{};  ///< since the beginning; empty: never
+  std::optional<Duration> sends_after{};  ///< time since the beginning; never if empty
   std::function<bool(Duration waited)> speaks = [](Duration) { return true; };
   Status may_command{};
   std::string found = "found nothing";
@@ -117,7 +117,7 @@ class FakeRobot final : public WireLoop {
 
 bool moves(const VelocityCommand& command) { return command.speed_m_s != 0; }
 
-/// Waits in real time, which the sender uses.
+/// Waits in real time, because that is what the sender uses.
 void wait_for(const std::function<bool()>& what) {
   for (int i = 0; i < 1000 && !what(); ++i) std::this_thread::sleep_for(milliseconds(5));
   EXPECT_TRUE(what());
@@ -168,7 +168,7 @@ TEST(WireLoop, WritesTheHelloOnceAndDoesNotGiveUpAfterIt) {
   EXPECT_TRUE(robot.run());
   EXPECT_EQ(robot.helloes, 1);
   EXPECT_THAT(fake.lines, ElementsAre(HasSubstr(R"("hello")"), HasSubstr("silent: zero is sent")))
-      << "the reader had gone at the second line";
+      << "the reader had disconnected by the second line";
 }
 
 TEST(WireLoop, ReportsEachSilenceOnceAfterItsTime) {
@@ -276,7 +276,7 @@ TEST(WireLoop, BeforeTheHelloOnlyAByeEndsIt) {
       if (bye) fake.order(kBye);
       fake.orders.close();
       robot.at_turn = [bye](Duration) {
-        if (bye) std::this_thread::sleep_for(milliseconds(20));  // lets the sender read it
+        if (bye) std::this_thread::sleep_for(milliseconds(20));  // gives the sender time to read it
       };
       EXPECT_EQ(static_cast<bool>(robot.run()), bye) << "otherwise it gives up after 12 s";
       EXPECT_EQ(fake.shown.empty(), bye);
