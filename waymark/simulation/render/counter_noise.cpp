@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kQuantiles = 4096;
 using Table = std::array<float, kQuantiles>;
 
-/// Inverse of the normal distribution function, by bisection.
+/// Inverse of the normal distribution function, computed by bisection.
 double quantile(double share) {
   double low = -10;
   double high = 10;
@@ -22,7 +22,7 @@ double quantile(double share) {
   return (low + high) / 2;
 }
 
-/// The mean quantiles, scaled so that the sum of two has variance 1.
+/// The mean quantiles, scaled so that the sum of two of them has variance 1.
 Table make_table() {
   Table table{};
   double squares = 0;

@@ -26,7 +26,7 @@ void Coverage::add(std::span<const Eigen::Vector2d> corners, double value) {
 
 void Coverage::add_edge(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double value) {
   const bool downwards =
-      from.y() < to.y();  // a right side of a clockwise polygon subtracts the area right of it
+      from.y() < to.y();  // an edge on the right of a clockwise polygon subtracts the area to its right
   const Eigen::Vector2d& top = downwards ? from : to;
   const Eigen::Vector2d& bottom = downwards ? to : from;
   const double y_begin = std::max(top.y(), 0.0);
@@ -42,8 +42,8 @@ void Coverage::add_edge(const Eigen::Vector2d& from, const Eigen::Vector2d& to, 
   }
 }
 
-/// Adds the part of an edge inside row y: from x_from to x_to while it descends by |height| (the sign is that
-/// of the edge).
+/// Adds the part of an edge inside row y, from x_from to x_to, over a height of |height|. The sign of
+/// `height` is that of the edge.
 void Coverage::add_in_row(int y, double x_from, double x_to, double height, double value) {
   const double right_end = width_;
   const double left = std::clamp(std::min(x_from, x_to), 0.0, right_end);
@@ -59,7 +59,7 @@ void Coverage::add_in_row(int y, double x_from, double x_to, double height, doub
   }
   const double per_x = height / length;
   const double outside_left = std::max(0.0, -std::min(x_from, x_to)) - std::max(0.0, -std::max(x_from, x_to));
-  add_area(y, 0, per_x * outside_left, value);  // covers its rows from the first cell on
+  add_area(y, 0, per_x * outside_left, value);  // left of the grid: covers its rows from the first cell on
   for (int x = static_cast<int>(left); x < width_ && x < right; ++x) {
     const double begin = std::max(left, static_cast<double>(x));
     const double end = std::min(right, x + 1.0);
@@ -93,10 +93,10 @@ std::span<const Coverage::Cell> Coverage::finish_row(int y) {
 namespace {
 
 constexpr double kChordTolerancePx = 1e-4;
-constexpr double kMaxChordPx = 16;  // under distortion; short enough for tests to detect every curve
+constexpr double kMaxChordPx = 16;  // under distortion; short enough for the tests to detect every curve
 constexpr int kMaxEdgeHalvings = 16;
 constexpr int kMaxRectHalvings = 12;
-constexpr double kMaxCoordinatePx = 1e6;  // beyond, the intersection of an edge with the image loses digits
+constexpr double kMaxCoordinatePx = 1e6;  // larger coordinates lose digits when intersected with the image
 
 bool keeps_lines_straight(const CameraModel& camera) {
   const auto* pinhole = std::get_if<PinholeRadtan>(&camera.projection());
@@ -111,7 +111,7 @@ double distance_from_line(const Eigen::Vector2d& p, const Eigen::Vector2d& a, co
   return length > 0 ? std::abs(along.x() * off.y() - along.y() * off.x()) / length : off.norm();
 }
 
-/// Projects the rectangles of one pattern.
+/// Projects the rectangles of a single pattern.
 class Projector {
  public:
   Projector(const CameraModel& camera, const SE3& cam_T_plane, bool clockwise)
@@ -162,7 +162,7 @@ class Projector {
     return Point{cam_p, *px};
   }
 
-  /// True only if the bounding sphere of the rectangle is outside the camera's cone of view.
+  /// True only if the bounding sphere of the rectangle is outside the camera's viewing cone.
   [[nodiscard]] bool is_out_of_domain(const PatternRect& rect) const {
     const Eigen::Vector3d centre = in_camera((rect.left + rect.right) / 2, (rect.top + rect.bottom) / 2);
     const double radius = std::hypot(rect.right - rect.left, rect.bottom - rect.top) / 2;
@@ -190,7 +190,7 @@ class Projector {
     return true;
   }
 
-  /// Adds the intermediate points between a and b (both excluded) that an edge needs to follow its curved
+  /// Adds the intermediate points between a and b (excluding both) with which an edge follows its curved
   /// image.
   bool add_bend(const Point& a, const Point& b, int halvings) {
     const auto middle = project((a.cam_p + b.cam_p) / 2);
@@ -262,7 +262,7 @@ ProjectedPattern project_pattern(const CameraModel& camera, const PlanarPattern&
 
 namespace {
 
-/// Integral of the normal distribution function with standard deviation sigma, from minus infinity to x.
+/// Integral from minus infinity to x of the normal distribution function with standard deviation sigma.
 double integral_of_cdf(double x, double sigma) {
   const double z = x / sigma;
   const double cdf = 0.5 * std::erfc(-z / std::numbers::sqrt2);
@@ -290,7 +290,8 @@ PointSpread point_spread(double sigma_px) {
   const int count = n * (1 + 2 * spread.reach_px);
   double sum = 0;
   for (int k = 0; k < count; ++k) {
-    // By symmetry, computed from the left half, where the difference of the two integrals keeps its digits.
+    // By symmetry, computed from the left half, where the difference between the two integrals keeps its
+    // precision.
     const double left = static_cast<double>(std::min(k, count - 1 - k)) / n - 0.5 - spread.reach_px;
     spread.weights.push_back(gathered_up_to(left + 1.0 / n, sigma) - gathered_up_to(left, sigma));
     sum += spread.weights.back();
@@ -322,7 +323,7 @@ Window window_of(const ProjectedPattern& pattern) {
           static_cast<int>(std::ceil(pattern.max_px.x())), static_cast<int>(std::ceil(pattern.max_px.y()))};
 }
 
-/// Rows of cells, two numbers each: covered share and level, interleaved.
+/// Rows of cells with two interleaved numbers each: covered fraction and level.
 class RadianceRows {
  public:
   RadianceRows(int cells, int rows)
@@ -350,7 +351,7 @@ class Band {
                pixels.x_end + spread.reach_px, pixels.y_end + spread.reach_px}),
         cells_(grid_.width() * n_, grid_.height() * n_) {}
 
-  /// Draws a pattern over the present contents.
+  /// Draws a pattern over the current contents.
   void add(const ProjectedPattern& pattern, Coverage& coverage) {
     const Window part = overlap(grid_, window_of(pattern));
     if (part.empty()) return;
@@ -368,7 +369,7 @@ class Band {
     for (int y = 0; y < coverage.height(); ++y) lay_row(part, y, coverage.finish_row(y));
   }
 
-  /// Integrates the radiance of the band's pixels, first down columns, then along rows.
+  /// Integrates the radiance of the band's pixels, first down the columns, then along the rows.
   void gather(SceneRadiance& radiance) const {
     const RadianceRows columns = gather_columns();
     for (int y = 0; y < pixels_.height(); ++y) {
@@ -402,8 +403,8 @@ class Band {
     }
   }
 
-  /// One row per pixel row, still of fine cells. This takes nearly all the time, so the inner loop runs along
-  /// memory.
+  /// One row for each pixel row, still made of fine cells. This takes almost all of the time, so the inner
+  /// loop accesses memory sequentially.
   [[nodiscard]] RadianceRows gather_columns() const {
     RadianceRows columns(grid_.width() * n_, pixels_.height());
     for (int y = 0; y < pixels_.height(); ++y) {
@@ -424,7 +425,7 @@ class Band {
   RadianceRows cells_;
 };
 
-/// The columns of a strip that patterns cover, as disjoint runs, so gaps cost no time.
+/// The columns of a strip that are covered by patterns, as disjoint runs, so that gaps cost no time.
 std::vector<Window> lit_parts(std::span<const ProjectedPattern> patterns, const Window& strip, int reach) {
   std::vector<Window> parts;
   for (const ProjectedPattern& pattern : patterns) {

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector2d;
 using Polygon = std::vector<Vector2d>;
 
-/// Positive for clockwise corners in the image (y down).
+/// Positive if the corners are clockwise in the image (y down).
 double area(const Polygon& polygon) {
   double twice = 0;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -29,7 +29,7 @@ double area(const Polygon& polygon) {
   return twice / 2;
 }
 
-/// The part with sign * (coordinate - limit) >= 0 (Sutherland and Hodgman).
+/// The part of the polygon where sign * (coordinate - limit) >= 0 (Sutherland and Hodgman).
 Polygon clip(const Polygon& polygon, int axis, double limit, double sign) {
   Polygon kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -43,12 +43,12 @@ Polygon clip(const Polygon& polygon, int axis, double limit, double sign) {
   return kept;
 }
 
-/// Oracle: the polygon clipped to the cell.
+/// Oracle that clips the polygon to the cell.
 double area_in_cell(const Polygon& polygon, int x, int y) {
   return area(clip(clip(clip(clip(polygon, 0, x, 1), 0, x + 1, -1), 1, y, 1), 1, y + 1, -1));
 }
 
-/// A random convex polygon, clockwise.
+/// A random convex polygon with clockwise corners.
 Polygon random_polygon(Random& random, double reach) {
   const Vector2d centre(random.uniform(-reach, 20 + reach), random.uniform(-reach, 15 + reach));
   const double radius = random.uniform(0.05, 12);
@@ -96,7 +96,7 @@ TEST(Coverage, HandlesVerticalSidesOnCellLimitsAndOutside) {
 }
 
 TEST(Coverage, DistantCornersKeepPrecision) {
-  // A half plane whose limit crosses the grid, spanned by corners a million cells away.
+  // A half-plane whose boundary crosses the grid, spanned by corners a million cells away.
   const Polygon half = {{-1e6, -1e6 + 3}, {1e6, 1e6 + 3}, {-1e6, 1e6 + 3}};
   Coverage coverage;
   coverage.reset(8, 8);
@@ -140,7 +140,7 @@ TEST(Coverage, AnticlockwisePolygonsAreSubtracted) {
 
 constexpr double kSigmas[] = {0.05, 0.1, 0.3, 0.6, 1.0, 2.5, 8.0};
 
-/// Centre of weight k, from the middle of the pixel [px].
+/// Centre of weight k relative to the middle of the pixel [px].
 double position(const PointSpread& spread, std::size_t k) {
   return (static_cast<double>(k) + 0.5) / spread.cells_per_px - 0.5 - spread.reach_px;
 }
@@ -161,7 +161,7 @@ TEST(PointSpread, SumsToOneAndIsSymmetric) {
 TEST(PointSpread, HasTheVarianceOfBoxAndGaussian) {
   for (const double sigma : kSigmas) {
     const PointSpread spread = point_spread(sigma);
-    double variance = 1.0 / (12.0 * spread.cells_per_px * spread.cells_per_px);  // of a cell
+    double variance = 1.0 / (12.0 * spread.cells_per_px * spread.cells_per_px);  // variance of a cell
     for (std::size_t k = 0; k < spread.weights.size(); ++k) {
       variance += spread.weights[k] * position(spread, k) * position(spread, k);
     }
@@ -174,7 +174,7 @@ TEST(PointSpread, WithoutLensIsThePixelAlone) {
   EXPECT_EQ(point_spread(0.049), point_spread(0));
 }
 
-/// Mean over a pixel at u of a step at 0 spread by a Gaussian: the exact response.
+/// Mean over a pixel at u of a step at 0 blurred by a Gaussian, which is the exact response.
 double exact_step(double u, double sigma) {
   const auto integral = [&](double x) {
     return x * 0.5 * std::erfc(-x / sigma / std::numbers::sqrt2) +
@@ -213,7 +213,7 @@ const CameraModel kFisheye =
                       160)
         .value();
 
-/// A square of ink with a side of 1 m, no paper.
+/// An ink square with 1 m sides and no paper around it.
 PlanarPattern square(const SE3& cam_T_plane, std::uint8_t level = 0) {
   return {.x_lines_m = {-0.5, 0.5},
           .y_lines_m = {-0.5, 0.5},
@@ -263,7 +263,7 @@ std::pair<double, Vector2d> moments(const std::vector<Vector2d>& polygon) {
   return {area, origin + sum / area};
 }
 
-/// The outline of the 1 m square in the image, through many points of each side.
+/// The outline of the 1 m square in the image, computed from many points on each side.
 std::vector<Vector2d> fine_outline(const CameraModel& camera, const SE3& cam_T_plane) {
   constexpr int kPoints = 2000;
   const auto corners = tag_corners(1);
@@ -278,7 +278,7 @@ std::vector<Vector2d> fine_outline(const CameraModel& camera, const SE3& cam_T_p
   return outline;
 }
 
-/// A view of the square with space for the lens blur around it.
+/// A view of the square that leaves space for the lens blur around it.
 SE3 wholly_visible_view(const CameraModel& camera, Random& random) {
   constexpr double kRoomPx = 12;
   while (true) {
@@ -311,7 +311,7 @@ TEST(SceneRadiance, AreaAndCentroidOfASquareAreExact) {
         }
         // The chords may change the area by the perimeter times 1e-4 px.
         EXPECT_NEAR(sum, area, 1e-4 * 4 * std::sqrt(area) + 1e-3);
-        // Pixels are samples: their centroid equals that of the scene if the lens leaves no aliasing.
+        // Pixels are samples, so their centroid equals that of the scene if the lens leaves no aliasing.
         if (sigma >= 1) {
           EXPECT_NEAR((first / sum - centroid).norm(), 0, 1e-4);
         }
@@ -320,7 +320,7 @@ TEST(SceneRadiance, AreaAndCentroidOfASquareAreExact) {
   }
 }
 
-/// Oracle: rays through n x n points of a pixel, intersected with the plane one by one.
+/// Oracle that casts rays through n x n points of a pixel and intersects each with the plane.
 double by_rays(const CameraModel& camera, const PlanarPattern& pattern, int x, int y, int n) {
   const SE3 plane_T_cam = pattern.cam_T_plane.inverse();
   const auto cell = [](const std::vector<double>& lines, double at) {
@@ -361,7 +361,8 @@ TEST(SceneRadiance, AgreesWithRaysThroughThePixel) {
       largest = std::max(largest, std::abs(difference));
       mean += difference / kPixels;
     }
-    // 48 x 48 points resolve an edge to about 1/48 px at worst, 225 levels high; on average far better.
+    // 48 x 48 points resolve an edge that is 225 levels high to about 1/48 px at worst, and far better on
+    // average.
     EXPECT_LT(largest, 225.0 / 48);
     EXPECT_NEAR(mean, 0, 0.05);
   }
@@ -384,7 +385,7 @@ TEST(SceneRadiance, PatternsBehindTheCameraAreOmitted) {
 }
 
 TEST(SceneRadiance, AFloorBehindTheCameraFillsTheImageBelowTheHorizon) {
-  // 40 m x 40 m, 1 m below the camera, printed side up; the horizon is at cy.
+  // 40 m x 40 m, 1 m below the camera, with the printed side up; the horizon is at cy.
   const SE3 cam_T_floor(SO3::from_rpy(-std::numbers::pi / 2, 0, 0), {0, 1, 0});
   for (const CameraModel* camera : {&kStraight, &kBent}) {
     PlanarPattern floor = square(cam_T_floor, 77);
@@ -417,7 +418,7 @@ TEST(MergedCells, TileThePattern) {
       pattern.levels.row(y)[x] = y % 3 == 1 ? 9 : static_cast<std::uint8_t>(random.index(2));
   }
   const std::vector<PatternRect> rects = merged_cells(pattern);
-  EXPECT_LT(rects.size(), 90U);  // of 108 cells
+  EXPECT_LT(rects.size(), 90U);  // merged from 108 cells
   for (int y = 0; y < 9; ++y) {
     for (int x = 0; x < 12; ++x) {
       const auto i = static_cast<std::size_t>(x);

@@ -17,19 +17,19 @@
 namespace waymark::photo {
 namespace {
 
-/// The background behind the tags: a smooth function of the pixel, from -1 to 1.
+/// The background behind the tags: a smooth function of the pixel position with values from -1 to 1.
 struct Backdrop {
   enum class Kind : std::uint8_t { Flat, Gradient, Clutter };
 
   Kind kind = Kind::Flat;
-  double size_px = 48;     ///< of the largest blobs of clutter
-  std::uint64_t seed = 0;  ///< of clutter
+  double size_px = 48;     ///< size of the largest blobs in clutter
+  std::uint64_t seed = 0;  ///< seed for clutter
   int width_px = 1;
   int height_px = 1;
 
-  /// Flat: 0. Gradient: from -1 in the top left to 1 in the bottom right corner. Clutter: value noise of
-  /// several octaves, each half the size of the one before, down to 4 px (Lewis, "Algorithms for solid noise
-  /// synthesis", SIGGRAPH 1989; value noise on a lattice, cubic blending). O(octaves).
+  /// Flat: 0. Gradient: from -1 in the top left to 1 in the bottom right corner. Clutter: value noise with
+  /// several octaves, each half the size of the previous one, down to 4 px (Lewis, "Algorithms for solid
+  /// noise synthesis", SIGGRAPH 1989; value noise on a lattice, cubic blending). O(octaves).
   [[nodiscard]] double at(double x, double y) const;
 };
 
@@ -41,7 +41,7 @@ std::uint64_t mix(std::uint64_t z) {
   return z ^ (z >> 31U);
 }
 
-/// The value at a point of the lattice, in [-1, 1).
+/// The value at a lattice point, in [-1, 1).
 double lattice(std::uint64_t seed, std::int64_t i, std::int64_t j) {
   const std::uint64_t hash =
       mix(mix(mix(seed) ^ static_cast<std::uint64_t>(i)) ^ static_cast<std::uint64_t>(j));
@@ -92,7 +92,7 @@ constexpr std::uint8_t kPaperReflectance = 255;
 
 constexpr std::uint8_t kOpenCell = 128;
 
-/// Grid lines of `count` cells around the origin, and a margin on both sides.
+/// Grid lines for `count` cells centred on the origin, with a margin on both sides.
 std::vector<double> lines(int count, double cell_m, double margin_m) {
   std::vector<double> all;
   const double half = count / 2.0;
@@ -116,7 +116,7 @@ bool blocks(const PlanarPattern& pattern, const SE3& plane_T_cam, const Eigen::V
          hit.y() >= pattern.y_lines_m.front() && hit.y() <= pattern.y_lines_m.back();
 }
 
-/// The patterns drawn over that of a tag.
+/// The patterns that are drawn over the pattern of a tag.
 struct Cover {
   const PlanarPattern* pattern = nullptr;
   SE3 plane_T_cam;
@@ -153,7 +153,7 @@ double visible_fraction(const CameraModel& camera, const TagInScene& tag,
   return visible / static_cast<double>(kPoints * kPoints);
 }
 
-/// A tag with its paper: one pattern cell per tag cell, and the margin around them.
+/// A tag with its paper: one pattern cell for each tag cell, and the margin around them.
 PlanarPattern tag_pattern(const TagInScene& tag) {
   const Family& tags = family(tag.tag.family);
   const std::vector<std::uint8_t> cells = bitmap(tag.tag);
@@ -174,7 +174,7 @@ PlanarPattern tag_pattern(const TagInScene& tag) {
   return pattern;
 }
 
-/// A sheet: one pattern cell per pixel of the raster.
+/// A sheet, with one pattern cell for each pixel of the raster.
 PlanarPattern sheet_pattern(const SheetInScene& sheet) {
   return {.x_lines_m = lines(sheet.raster.width(), sheet.metres_per_pixel, 0),
           .y_lines_m = lines(sheet.raster.height(), sheet.metres_per_pixel, 0),
@@ -182,7 +182,8 @@ PlanarPattern sheet_pattern(const SheetInScene& sheet) {
           .cam_T_plane = sheet.cam_T_sheet};
 }
 
-/// All tags and sheets, the farthest first. Equal distances keep the scene's order, tags before sheets.
+/// All tags and sheets, the farthest first. Those at equal distance keep the order of the scene, tags before
+/// sheets.
 std::vector<PlanarPattern> patterns_from_far_to_near(const PhotographScene& scene) {
   std::vector<PlanarPattern> patterns;
   patterns.reserve(scene.tags.size() + scene.sheets.size());
@@ -193,7 +194,7 @@ std::vector<PlanarPattern> patterns_from_far_to_near(const PhotographScene& scen
   return patterns;
 }
 
-/// Ground truth of one tag; nothing if a corner does not project.
+/// Ground truth for one tag; `nullopt` if a corner cannot be projected.
 std::optional<TagTruth> tag_truth(const CameraModel& camera, const TagInScene& tag,
                                   const std::vector<PlanarPattern>& patterns) {
   TagTruth truth{.tag = tag.tag, .cam_T_tag = tag.cam_T_tag, .size_m = tag.size_m};
@@ -206,8 +207,8 @@ std::optional<TagTruth> tag_truth(const CameraModel& camera, const TagInScene& t
   Matrix23 J_px_p;
   const Eigen::Vector3d& centre = tag.cam_T_tag.translation();
   if (!camera.project(centre, &J_px_p)) return std::nullopt;
-  // Motion along the line of sight moves no pixel, so the remaining Jacobian is that of a plane facing the
-  // camera.
+  // Motion along the line of sight does not move any pixel, so the remaining Jacobian is that of a plane
+  // facing the camera.
   truth.size_px = tag.size_m * std::pow((J_px_p * J_px_p.transpose()).determinant(), 0.25);
   const Eigen::Vector3d into_tag = tag.cam_T_tag.rotation() * Eigen::Vector3d::UnitZ();
   truth.tilt_rad = std::atan2(into_tag.cross(centre).norm(), into_tag.dot(centre));
@@ -280,7 +281,8 @@ Status check(const CameraModel& camera, const PhotographScene& scene, const Phot
                                                     camera.width_px(), camera.height_px(), kMaxPixels));
 }
 
-/// Illumination relative to its mean, which is at the centre of the image: a plane over the pixels.
+/// Illumination relative to its mean, which is at the centre of the image; a linear function of the pixel
+/// position.
 struct Illumination {
   double mean = 1, per_x = 0, per_y = 0;
 
@@ -297,7 +299,7 @@ struct Illumination {
   [[nodiscard]] double at(double x, double y) const { return mean + per_x * x + per_y * y; }
 };
 
-/// From radiance to grey levels, pixel by pixel in rows.
+/// Converts radiance to grey levels, pixel by pixel in rows.
 Image expose(const CameraModel& camera, const photo::SceneRadiance& radiance, const photo::Backdrop& backdrop,
              const PhotographOptions& options, Random noise) {
   const Illumination illumination(camera, options);

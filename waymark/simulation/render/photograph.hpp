@@ -17,29 +17,30 @@
 /// Still photographs of flat tags and printed sheets, with exact ground truth.
 namespace waymark {
 
-/// A printed tag in front of the camera. Cells outside the tag (the corners of circular families) show paper.
+/// A printed tag in front of the camera. Cells outside the tag (in the corners of circular families) show
+/// paper.
 struct TagInScene {
   TagId tag;
-  SE3 cam_T_tag;            ///< tag frame: centre, x right, y down, z into the tag
-  double size_m = 0;        ///< side of the square where black border meets white border
-  double margin_cells = 1;  ///< white paper around the tag's own total width, in cells of the tag
+  SE3 cam_T_tag;            ///< tag frame: origin at the centre, x right, y down, z into the tag
+  double size_m = 0;        ///< side length of the square where the black border meets the white one
+  double margin_cells = 1;  ///< white paper around the total width of the tag, in tag cells
 };
 
 /// A printed sheet in front of the camera.
 struct SheetInScene {
-  Image raster;                 ///< 0 ink to 255 paper
-  double metres_per_pixel = 0;  ///< of the raster, e.g. 0.0254 / 300
-  SE3 cam_T_sheet;              ///< sheet frame: centre of the raster, x right, y down, z into the sheet
+  Image raster;                 ///< from 0 (ink) to 255 (paper)
+  double metres_per_pixel = 0;  ///< pixel size of the raster, e.g. 0.0254 / 300
+  SE3 cam_T_sheet;  ///< sheet frame: origin at the centre of the raster, x right, y down, z into the sheet
 };
 
 /// The objects in front of the camera. Nearer objects (by the distance of their centres) cover farther ones;
-/// intersecting objects are not resolved.
+/// intersecting objects are not handled correctly.
 struct PhotographScene {
   std::vector<TagInScene> tags;
   std::vector<SheetInScene> sheets;
 };
 
-/// Camera and illumination of a photograph. Levels are grey levels of the image (DN, 0 to 255).
+/// Camera and illumination settings of a photograph. Levels are grey levels in the image (DN, 0 to 255).
 struct PhotographOptions {
   double blur_sigma_px = 0.6;
   double black_level_dn = 40;
@@ -84,31 +85,33 @@ struct PhotographOptions {
   }
 };
 
-/// Ground truth of a tag in a photograph.
+/// Ground truth for one tag in a photograph.
 struct TagTruth {
   TagId tag;
   SE3 cam_T_tag;
   double size_m = 0;
-  /// TL, TR, BR, BL of the printed tag, in distorted pixels, centres at +1/2; they may lie outside the image.
+  /// TL, TR, BR, BL of the printed tag, in distorted pixels with pixel centres at +1/2; they may lie outside
+  /// the image.
   std::array<Eigen::Vector2d, 4> corners_px{};
-  double size_px = 0;  ///< side of the tag if it faced the camera at its position
+  double size_px = 0;  ///< side length the tag would have if it faced the camera at its position
   double tilt_rad =
-      0;  ///< angle between the line of sight and the tag's normal, 0 if frontal; above pi/2 facing away
-  /// Fraction of the size x size square that is in the image and not covered by nearer objects, sampled at 33
-  /// x 33 points including the edges. It is 1 if entirely visible, 0 if facing away or out of view.
+      0;  ///< angle between the line of sight and the tag's normal; 0 if frontal, above pi/2 if facing away
+  /// Fraction of the size x size square that is inside the image and not covered by nearer objects, sampled
+  /// at 33 x 33 points including the edges. It is 1 if the tag is entirely visible, and 0 if it faces away or
+  /// is out of view.
   double visible_fraction = 0;
 };
 
 struct Photograph {
   Image image;
-  std::vector<TagTruth> tags = {};  ///< in the scene's order; omits tags whose corners do not all project
+  std::vector<TagTruth> tags = {};  ///< in scene order; without tags whose corners do not all project
 };
 
 /// Renders the image. Each pixel is the exact average of the scene over its square (see Coverage), blurred by
 /// the lens; then illumination, noise and rounding are applied. The same scene, options and seed give the
 /// same image. Backgrounds are out of focus, that is, constant within the reach of the lens blur. Errors:
-/// InvalidArgument (an option, a size, a tag number, an empty raster, a non-finite pose), LimitExceeded (more
-/// than 250 million pixels). Time is proportional to the number of pixels around tags and sheets.
+/// InvalidArgument (an invalid option, size or tag number, an empty raster, a non-finite pose), LimitExceeded
+/// (more than 250 million pixels). The time is proportional to the number of pixels around tags and sheets.
 [[nodiscard]] Result<Photograph> photograph(const CameraModel& camera, const PhotographScene& scene,
                                             const PhotographOptions& options, Random& random);
 

@@ -27,7 +27,7 @@ const CameraModel kBent =
         320, 240)
         .value();
 
-/// Has no noise, even illumination and a flat background, so grey levels are those of the scene.
+/// No noise, even illumination and a flat background, so the grey levels are those of the scene.
 PhotographOptions quiet() {
   return {.black_level_dn = 0,
           .white_level_dn = 250,
@@ -50,7 +50,7 @@ SE3 facing(double x, double y, double z, double tilt = 0, double roll = 0) {
 }
 
 TEST(Photograph, TruthIsTheProjectionOfTheCorners) {
-  // The pinhole model is written out here, to share no code with the camera room.
+  // The pinhole model is written out here, so that no code is shared with the camera room.
   const SE3 cam_T_tag(SO3::from_rpy(0.4, -0.7, 1.1), {0.05, -0.02, 1.3});
   const Photograph photo =
       take(kCamera, {.tags = {{{FamilyId::Tag36h11, 5}, cam_T_tag, 0.2}}, .sheets = {}}, quiet());
@@ -73,7 +73,8 @@ TEST(Photograph, SizeAndTiltMatchARotatedTag) {
     EXPECT_NEAR(photo.tags.at(0).tilt_rad, tilt, 1e-12);
     EXPECT_NEAR(photo.tags.at(0).size_px, 400 * 0.25 / 2, 1e-9);
   }
-  // Off the axis, the projection stretches a tag that faces the camera; the size is sqrt(area) of its image.
+  // Off the axis, the projection stretches a tag that faces the camera; the size is then the square root of
+  // the area of its image.
   const Vector3d to_side(0.6, 0, 2);
   const SE3 turned(SO3::from_rpy(0, std::atan2(0.6, 2), 0), to_side);
   const Photograph photo =
@@ -85,7 +86,8 @@ TEST(Photograph, SizeAndTiltMatchARotatedTag) {
   EXPECT_NEAR(photo.tags.at(0).tilt_rad, 0, 1e-9);
 }
 
-/// The middle of every cell of a tag must have its bitmap value; the corners of circular families show paper.
+/// The middle of every tag cell must have the value from its bitmap; the corners of circular families show
+/// paper.
 TEST(Photograph, EveryFamilyMatchesItsBitmap) {
   for (const FamilyId id : kAllFamilies) {
     for (const CameraModel* camera : {&kCamera, &kBent}) {
@@ -111,8 +113,8 @@ TEST(Photograph, EveryFamilyMatchesItsBitmap) {
 
 constexpr double kInk = 20;
 
-/// Position of the border across a side of a tag, from grey levels: the white length along many lines across
-/// it, minus the true one. Positive if the ink appears too large.
+/// Position of the border across a side of a tag, measured from grey levels as the white length along many
+/// lines across the side, minus the true length. Positive if the ink appears too large.
 double border_offset_px(const Photograph& photo, std::size_t side, double reach_px) {
   const auto& corners = photo.tags.at(0).corners_px;
   const Vector2d a = corners[side];
@@ -141,16 +143,16 @@ TEST(Photograph, BordersAreWithinAThousandthOfAPixelOfTheTruth) {
   int sides = 0;
   for (int i = 0; i < 24; ++i) {
     const double tilt = i < 4 ? 0 : random.uniform(0, 0.9);
-    const double roll = i < 2 ? 0 : random.uniform(-3, 3);  // vertical sides are the hard case for sampling
+    const double roll = i < 2 ? 0 : random.uniform(-3, 3);  // vertical sides are hardest to sample
     const double z = random.uniform(0.9, 1.1);
     const double y = random.uniform(-0.01, 0.01);
     const SE3 pose = facing(random.uniform(-0.01, 0.01), y, z, tilt, roll);
     PhotographOptions options = quiet();
-    options.read_noise_dn = 0.5;    // otherwise a vertical side shows the same rounding in every row
-    options.black_level_dn = kInk;  // keeps the mean of the noise
+    options.read_noise_dn = 0.5;    // without noise, a vertical side is rounded in the same way in every row
+    options.black_level_dn = kInk;  // keeps the noise from being clipped, so that its mean is preserved
     options.blur_sigma_px = i % 3 == 0 ? 0.0 : (i % 3 == 1 ? 0.6 : 1.1);
-    // Less than half a cell of the steepest tag: the next row of bits must not blur into it. The reach cuts
-    // off equal parts on both sides.
+    // Less than half a cell of the most tilted tag, because the next row of bits must not blur into it. The
+    // reach cuts off equal parts on both sides.
     const double reach_px = 1.5 + 2 * options.blur_sigma_px;
     const Photograph photo =
         take(kCamera, {.tags = {{{FamilyId::Tag36h11, 11}, pose, 0.3}}, .sheets = {}}, options);
@@ -160,7 +162,8 @@ TEST(Photograph, BordersAreWithinAThousandthOfAPixelOfTheTruth) {
     }
     for (std::size_t side = 0; side < 4; ++side) {
       const double offset = border_offset_px(photo, side, reach_px);
-      EXPECT_NEAR(offset, 0, 0.003) << "tag " << i << ", side " << side;  // noise contributes sigma 0.0007
+      EXPECT_NEAR(offset, 0, 0.003) << "tag " << i << ", side "
+                                    << side;  // noise contributes a standard deviation of 0.0007
       mean += offset;
       squares += offset * offset;
       ++sides;
@@ -174,7 +177,7 @@ TEST(Photograph, APrintedSheetEqualsTheTag) {
   const TagInScene tag{{FamilyId::Tag36h11, 42}, facing(0.03, 0.02, 1, 0.6, 0.7), 0.2};
   const Family& tags = family(tag.tag.family);
   const int cell_px = 5;
-  const int cells = tags.total_width + 2;  // a margin of one cell
+  const int cells = tags.total_width + 2;  // including a margin of one cell
   SheetInScene sheet{Image(cells * cell_px, cells * cell_px, 255),
                      tag.size_m / tags.width_at_border / cell_px, tag.cam_T_tag};
   const std::vector<std::uint8_t> print = bitmap(tag.tag);
@@ -214,7 +217,7 @@ TEST(Photograph, NoiseHasTheRequestedVariance) {
       squares += std::pow(image.row(y)[x] - 100.0, 2);
     }
   }
-  const double variance = 9 + 0.07 * 100 + 1.0 / 12;  // plus rounding
+  const double variance = 9 + 0.07 * 100 + 1.0 / 12;  // including rounding
   EXPECT_NEAR(sum / count, 100, 4 * std::sqrt(variance / count));
   EXPECT_NEAR(squares / count, variance, 4 * variance * std::sqrt(2 / count));
 }
@@ -249,7 +252,7 @@ TEST(Photograph, BackgroundsAreAsRequested) {
 }
 
 TEST(Photograph, VisibleFractionAccountsForImageBorderAndOcclusion) {
-  const TagInScene half_out{{FamilyId::Tag36h11, 1}, facing(-0.4, 0, 1), 0.1};  // centre at x = 0
+  const TagInScene half_out{{FamilyId::Tag36h11, 1}, facing(-0.4, 0, 1), 0.1};  // the centre is at x = 0
   const TagInScene away{
       {FamilyId::Tag36h11, 2}, {SO3::from_rpy(0, std::numbers::pi, 0), Vector3d(0.2, 0, 1)}, 0.1};
   const TagInScene covered{{FamilyId::Tag36h11, 3}, facing(0, 0, 2), 0.1};
@@ -257,7 +260,7 @@ TEST(Photograph, VisibleFractionAccountsForImageBorderAndOcclusion) {
   const TagInScene behind{{FamilyId::Tag36h11, 5}, facing(0, 0, -1), 0.1};
   const Photograph photo =
       take(kCamera, {.tags = {half_out, away, covered, cover, behind}, .sheets = {}}, quiet());
-  ASSERT_EQ(photo.tags.size(), 4U);  // the one behind the camera has no corners
+  ASSERT_EQ(photo.tags.size(), 4U);  // the tag behind the camera has no corners
   EXPECT_NEAR(photo.tags[0].visible_fraction, 0.5, 0.02);
   EXPECT_EQ(photo.tags[1].visible_fraction, 0.0);
   EXPECT_EQ(photo.tags[2].visible_fraction, 0.0);

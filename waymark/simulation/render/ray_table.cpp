@@ -8,7 +8,7 @@
 namespace waymark::render {
 namespace {
 
-constexpr double kMinDepth = 0.15;  // depth of a unit ray for rays (x, y, 1): 81 degrees off the axis
+constexpr double kMinDepth = 0.15;  // minimum depth of unit rays stored as (x, y, 1): 81 degrees off axis
 
 }  // namespace
 

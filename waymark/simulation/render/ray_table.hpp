@@ -10,32 +10,33 @@
 
 namespace waymark::render {
 
-/// Index of (row, column) in an array of rows of `width`. Arguments must not be negative.
+/// Index of (row, column) in an array whose rows have `width` elements. Arguments must not be negative.
 [[nodiscard]] constexpr std::size_t row_major(int row, int width, int column = 0) {
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
 }
 
-inline constexpr int kTilePx = 16;  ///< side of the square tiles of the image
-/// Rays of a tile's pixel corners in a row.
+inline constexpr int kTilePx = 16;  ///< side length of the square tiles that make up the image
+/// Number of pixel-corner rays in a row of a tile.
 inline constexpr int kTileCorners = kTilePx + 1;
 
-/// The line of sight of every pixel corner, computed once per camera, so distortion costs nothing during
-/// rendering.
+/// The line of sight through every pixel corner, computed once per camera, so that distortion costs nothing
+/// during rendering.
 ///
-/// Rays are (x, y, 1) if all of the image is well in front of the camera; otherwise they have length 1.
-/// Without distortion, linear functions of rays (x, y, 1) are linear in the pixels.
+/// Rays are stored as (x, y, 1) if all of the image is well in front of the camera; otherwise they have
+/// length 1. Without distortion, functions that are linear in rays (x, y, 1) are linear in the pixel
+/// position.
 class RayTable {
  public:
   /// O(pixels).
   explicit RayTable(const CameraModel& camera);
 
-  /// The view of one tile: directions within an angle of the middle one.
+  /// The view through one tile: directions within an angle of the middle one.
   struct Tile {
-    int x = 0, y = 0;           ///< its first pixel
+    int x = 0, y = 0;           ///< first pixel of the tile
     int width = 0, height = 0;  ///< [px], less than kTilePx at the right and bottom edges
-    Eigen::Vector3d cam_ray = Eigen::Vector3d::UnitZ();  ///< unit
-    double angle_rad = 0;                                ///< to the farthest ray of the tile
-    bool sees = false;                                   ///< whether any of its pixels has rays
+    Eigen::Vector3d cam_ray = Eigen::Vector3d::UnitZ();  ///< unit vector to the middle of the tile
+    double angle_rad = 0;                                ///< angle to the farthest ray of the tile
+    bool sees = false;                                   ///< whether any pixel of the tile has rays
   };
 
   [[nodiscard]] int width_px() const { return width_; }
@@ -45,13 +46,13 @@ class RayTable {
   [[nodiscard]] const Tile& tile(int column, int row) const {
     return tiles_[row_major(row, tile_columns(), column)];
   }
-  /// Coordinate 0, 1 or 2 of the width + 1 rays of corner row y.
+  /// Component 0, 1 or 2 (`axis`) of the width + 1 rays in corner row y.
   [[nodiscard]] const float* rays(int axis, int y) const {
     return rays_.data() + (static_cast<std::size_t>(axis) * static_cast<std::size_t>(height_ + 1) +
                            static_cast<std::size_t>(y)) *
                               static_cast<std::size_t>(width_ + 1);
   }
-  /// Cosine between the optical axis and each pixel of row y; below 0 for pixels without a ray.
+  /// Cosine of the angle between the optical axis and each pixel of row y; below 0 for pixels without a ray.
   [[nodiscard]] const float* cosines(int y) const {
     return cosines_.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
   }
@@ -68,7 +69,7 @@ class RayTable {
   int height_ = 0;
   double px_per_rad_ = 0;
   std::vector<float> rays_;
-  std::vector<std::uint8_t> seen_;  ///< of each corner
+  std::vector<std::uint8_t> seen_;  ///< whether each corner has a ray
   std::vector<float> cosines_;
   std::vector<Tile> tiles_;
 };

@@ -30,7 +30,7 @@ struct Extent {
   }
 };
 
-/// Pose of an upright or horizontal face, with the axes seen by its viewer.
+/// Pose of an upright or horizontal face, with axes as seen by its viewer.
 SE3 face(const Eigen::Vector3d& centre, const Eigen::Vector3d& to_reader, const Eigen::Vector3d& down) {
   Eigen::Matrix3d map_R;
   map_R.col(2) = -to_reader;
@@ -39,7 +39,7 @@ SE3 face(const Eigen::Vector3d& centre, const Eigen::Vector3d& to_reader, const 
   return {SO3::from_matrix(map_R), centre};
 }
 
-/// The five visible faces of a box, and its underside if it is above the floor.
+/// The five visible faces of a box, plus its underside if it is above the floor.
 void add_box(const SE3& map_T_box, const Eigen::Vector3d& size, const Finish& finish, Scene& scene) {
   const auto add = [&](const Eigen::Vector3d& outwards, const Eigen::Vector3d& down) {
     const Eigen::Vector3d side = down.cross(outwards).cwiseAbs();
@@ -82,7 +82,7 @@ Extent extent_of(const World& world) {
   return extent;
 }
 
-/// Floor, walls and ceiling, visible from inside.
+/// Floor, walls and ceiling, visible from the inside.
 void add_room(const World& world, const SceneOptions& options, Scene& scene) {
   const Extent extent = extent_of(world);
   const bool closed = options.room_height_m > 0;

@@ -12,35 +12,35 @@
 
 namespace waymark {
 
-/// Reflectance of a surface. 1 is white paper in nominal illumination.
+/// Reflectance of a surface; 1 is white paper in nominal illumination.
 struct Finish {
-  double reflectance = 0.6;  ///< mean
+  double reflectance = 0.6;  ///< mean reflectance
   double contrast = 0;       ///< largest deviation of the texture from the mean
   int texture = 0;           ///< index in kFloorTextures
-  double cell_m = 0.3;       ///< side of a tile, size of the largest blobs
-  double gloss = 0;          ///< brightness of the lamp's specular reflection; 0: matt
-  bool two_sided = false;    ///< also visible from behind, blank
+  double cell_m = 0.3;       ///< side length of a tile, or size of the largest blobs
+  double gloss = 0;          ///< brightness of the lamp's specular reflection; 0 for matt surfaces
+  bool two_sided = false;    ///< whether the surface is also visible from behind, as blank
 };
 
-/// A flat rectangle. Frame like that of a tag: origin in its middle, x right, y down, z into it, as seen by a
-/// viewer of its front.
+/// A flat rectangle. Its frame is like that of a tag, as seen by a viewer of its front: origin in the middle,
+/// x right, y down, z into the surface.
 struct SceneSurface {
   SE3 map_T_surface{};
   double width_m = 0;
   double height_m = 0;
   Finish finish{};
-  std::optional<TagId> tag{};  ///< printed in the middle
-  double tag_size_m = 0;       ///< side of the square where black border meets white border
+  std::optional<TagId> tag{};  ///< printed in the middle of the surface
+  double tag_size_m = 0;       ///< side length of the square where the black border meets the white one
 };
 
-/// All surfaces and lights that are visible to a camera.
+/// All surfaces and lights that a camera can see.
 struct Scene {
-  std::vector<SceneSurface> surfaces{};  ///< of two in one plane, the later one is on top
+  std::vector<SceneSurface> surfaces{};  ///< if two are in the same plane, the later one is on top
   Eigen::Vector3d map_t_lamp = {0, 0, 2.4};
   double sky_reflectance = 0.5;  ///< brightness outside all surfaces
 };
 
-/// Parameters of the appearance that a world does not define.
+/// Parameters of the scene's appearance that a world does not define.
 struct SceneOptions {
   double room_margin_m = 1.5;
   double room_height_m = 2.5;
@@ -62,21 +62,22 @@ struct SceneOptions {
   }
 };
 
-/// The appearance of a world: tags on white paper, boards, walls, furniture, floor, and a surrounding room
-/// with a lamp under the middle of its ceiling. Tags are in map order, so the same world gives the same
-/// scene.
+/// The appearance of a world: tags on white paper, boards, walls, furniture, the floor, and a surrounding
+/// room with a lamp below the centre of its ceiling. Tags are in map order, so the same world always gives
+/// the same scene.
 [[nodiscard]] Scene scene_of(const World& world, const SceneOptions& options = {});
 
-/// An upright or horizontal rectangle with one finish as an obstacle, e.g. a person's leg or a poster.
+/// An upright or horizontal rectangle with a single finish, used as an obstacle such as a person's leg or a
+/// poster.
 [[nodiscard]] SceneSurface plain_surface(const SE3& map_T_surface, double width_m, double height_m,
                                          const Finish& finish);
 
-/// A tag on white paper with `margin_cells` around the tag's own total width.
+/// A tag on white paper, with `margin_cells` around the total width of the tag.
 [[nodiscard]] SceneSurface tag_surface(const TagId& tag, const SE3& map_T_tag, double size_m,
                                        double margin_cells = 1);
 
-/// Fails on the first invalid surface: sizes not above 0, poses not finite, tags that do not exist or that
-/// are larger than their paper.
+/// Fails on the first invalid surface: sizes that are not positive, non-finite poses, tags that do not exist
+/// or that are larger than their paper.
 [[nodiscard]] Status check(const Scene& scene);
 
 }  // namespace waymark

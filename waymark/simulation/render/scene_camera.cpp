@@ -14,9 +14,9 @@ namespace waymark {
 namespace {
 
 constexpr std::int64_t kMaxImagePixels = 100'000'000;
-// beyond 32 px of blur no tag is readable, so visible stripes do not matter
+// with more than 32 px of blur no tag is readable, so visible stripes do not matter
 constexpr double kMaxMoments = 64;
-constexpr double kMaxLensPoints = 256;  // discs beyond 10 px show single points
+constexpr double kMaxLensPoints = 256;  // beyond 10 px, discs show individual points
 
 double exposure_s(const SceneCameraOptions& options) { return options.exposure_ms * 1e-3; }
 
@@ -26,8 +26,8 @@ struct OutlineMotion {
   double disc_px = 0;  ///< largest defocus blur of any point
 };
 
-/// Updates it with the path of a point at the beginning, middle and end of the exposure, if the point is in
-/// the image.
+/// Takes into account the path of a point from the beginning through the middle to the end of the exposure,
+/// if the point is in the image.
 void follow(const SceneCamera::Parts& parts, const std::array<SE3, 3>& cam_T_map,
             const Eigen::Vector3d& map_p, OutlineMotion& most) {
   constexpr double kNearestM = 0.02;
@@ -45,7 +45,7 @@ void follow(const SceneCamera::Parts& parts, const std::array<SE3, 3>& cam_T_map
 }
 
 OutlineMotion outline_motion(const SceneCamera::Parts& parts, const std::array<SE3, 3>& cam_T_map) {
-  constexpr int kPointsOfSide = 16;  // a large surface may have no corner in the image
+  constexpr int kPointsOfSide = 16;  // a large surface may have no corner inside the image
   OutlineMotion most;
   for (std::size_t i = 0; i < parts.surfaces.size(); ++i) {
     const auto& corners = parts.surfaces[i].map_p_corners;
@@ -58,7 +58,7 @@ OutlineMotion outline_motion(const SceneCamera::Parts& parts, const std::array<S
   return most;
 }
 
-/// Number of time samples for motion blur, or of lens points for defocus.
+/// Number of time samples needed for motion blur, or of lens points for defocus.
 int samples_needed(const SceneCamera::Parts& parts, const CameraMotion& motion, const SE3& middle) {
   constexpr double kPointsPerPx = 3;
   const double half = exposure_s(parts.options) / 2;
@@ -74,8 +74,8 @@ int samples_needed(const SceneCamera::Parts& parts, const CameraMotion& motion, 
   return static_cast<int>(std::max(moments, std::clamp(std::ceil(points), 1.0, kMaxLensPoints)));
 }
 
-/// Times evenly distributed over the exposure, with its mean and variance. Without the scale factor the
-/// variance of n times would be too small by 1 / n^2.
+/// Times evenly distributed over the exposure, with the same mean and variance as the exposure. Without the
+/// scale factor, the variance of n times would be too small by 1 / n^2.
 std::vector<double> sample_times(int count, double exposure) {
   std::vector<double> times;
   const double n = count;
@@ -90,8 +90,8 @@ tl::unexpected<Error> fail_motion() {
 }
 
 /// Points evenly distributed over the lens (Vogel, "A better way to construct the sunflower head",
-/// Mathematical Biosciences 1979), in an order independent of time; with the mean and the variance of the
-/// disc.
+/// Mathematical Biosciences 1979), in an order that is independent of time. Their mean and variance are those
+/// of the disc.
 std::vector<Eigen::Vector3d> lens_points(int count, double aperture_m) {
   std::vector<Eigen::Vector3d> points;
   int stride = std::max(1, static_cast<int>(std::lround(0.618 * count)));
@@ -120,7 +120,7 @@ Status prepare_scene(SceneCamera::Parts& parts) {
   return {};
 }
 
-/// Half the opening angle of the cone of view.
+/// Half the opening angle of the viewing cone.
 double half_view_rad(const render::RayTable& rays) {
   double widest = 0;
   for (int row = 0; row < rays.tile_rows(); ++row) {

@@ -15,17 +15,17 @@
 #include "waymark/image/image.hpp"
 #include "waymark/simulation/render/scene.hpp"
 
-/// Images of a scene taken by a moving camera, with their ground truth.
+/// Images of a scene taken by a moving camera, with ground truth.
 ///
 ///     const auto camera = SceneCamera::make(scene_of(world), model, options);
 ///     const auto frame = camera->render([&](double t) { return map_T_cam_at(stamp + t); }, stamp, seed);
 ///
-/// A multi-threaded caller renders bands in parallel: begin() once, expose() each band, and after all are
-/// exposed read_out() each, then finish(). The bytes equal those of render().
+/// A multi-threaded caller can render bands in parallel: call begin() once, expose() for each band and, when
+/// all are exposed, read_out() for each band, then finish(). The bytes are the same as from render().
 namespace waymark {
 
-/// All parameters of a camera that renders a scene. docs/concepts/camera_simulation.md illustrates each of
-/// them.
+/// All parameters of a camera that renders a scene. Each of them is illustrated in
+/// docs/concepts/camera_simulation.md.
 struct SceneCameraOptions {
   double exposure_ms = 10;
   double readout_ms = 0;
@@ -90,43 +90,43 @@ struct SceneCameraOptions {
   }
 };
 
-/// map_T_cam at a time in seconds after the stamp (negative: before), during the exposure: within half of
-/// exposure_ms + readout_ms.
+/// map_T_cam at a time in seconds after the stamp (negative if before it), during the exposure, that is,
+/// within half of exposure_ms + readout_ms.
 using CameraMotion = std::function<SE3(double seconds)>;
 
-/// Ground truth of a tag in an image.
+/// Ground truth for one tag in an image.
 struct SceneTagTruth {
   TagId tag{};
   double size_m = 0;
   SE3 cam_T_tag{};  ///< in the middle of the exposure
-  /// TL TR BR BL [px], distorted, centres at +1/2, at the middle of the exposure of their row; they may lie
-  /// outside the image.
+  /// TL, TR, BR, BL [px], distorted, with pixel centres at +1/2, each at the middle of the exposure of its
+  /// row; they may lie outside the image.
   std::array<Eigen::Vector2d, 4> corners_px{};
-  std::array<bool, 4> corner_visible{};  ///< in the image, and not occluded
-  double visible_fraction = 0;           ///< of 17 x 17 points of the tag
-  double blur_px = 0;                    ///< path length of its centre during the exposure
+  std::array<bool, 4> corner_visible{};  ///< whether each corner is in the image and not occluded
+  double visible_fraction = 0;           ///< fraction of 17 x 17 points on the tag that are visible
+  double blur_px = 0;                    ///< path length of the tag centre during the exposure
 };
 
 /// An image and its ground truth.
 struct RenderedFrame {
   SensorTime stamp{};  ///< middle of the exposure of the middle row
   Image image{};
-  SE3 map_T_cam{};                       ///< at the stamp
-  std::vector<SceneTagTruth> tags = {};  ///< the tags that are at least partly visible, in the scene's order
+  SE3 map_T_cam{};                       ///< pose at the stamp
+  std::vector<SceneTagTruth> tags = {};  ///< the tags that are at least partly visible, in scene order
 };
 
-/// An image in progress. Only SceneCamera accesses its members.
+/// An image being rendered. Only SceneCamera accesses its members.
 struct SceneExposure;
 
 class SceneCamera {
  public:
-  /// O(pixels), for one line of sight per pixel. Fails on an option out of range, an invalid scene (see
-  /// check()), and more than 100 million pixels.
+  /// O(pixels), for one line of sight per pixel. Fails if an option is out of range, the scene is invalid
+  /// (see check()), or there are more than 100 million pixels.
   [[nodiscard]] static Result<SceneCamera> make(Scene scene, const CameraModel& model,
                                                 const SceneCameraOptions& options);
 
-  /// Renders an image. The same camera, motion, stamp and seed give the same bytes. Fails on a motion with
-  /// non-finite values.
+  /// Renders an image. The same camera, motion, stamp and seed always give the same bytes. Fails if the
+  /// motion contains non-finite values.
   [[nodiscard]] Result<RenderedFrame> render(const CameraMotion& motion, SensorTime stamp,
                                              std::uint64_t seed) const;
 
@@ -136,17 +136,17 @@ class SceneCamera {
                                                              std::uint64_t seed) const;
   [[nodiscard]] int bands() const;
   void expose(SceneExposure& exposure, int band) const;
-  /// Call after all bands are exposed, because the lens blur crosses bands.
+  /// To be called once all bands are exposed, because the lens blur crosses bands.
   void read_out(SceneExposure& exposure, int band) const;
   [[nodiscard]] RenderedFrame finish(SceneExposure& exposure) const;
 
-  /// Updates the scene after a change of the world (a tag was moved).
+  /// Updates the scene after a change in the world, for example a tag that was moved.
   [[nodiscard]] Status set_scene(Scene scene);
 
   [[nodiscard]] const CameraModel& model() const;
   [[nodiscard]] const SceneCameraOptions& options() const;
 
-  /// Data of the camera, shared between copies.
+  /// Data of the camera that are shared between copies.
   struct Parts;
 
  private:

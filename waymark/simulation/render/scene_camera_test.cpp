@@ -12,7 +12,7 @@
 
 #include "waymark/simulation/render/scene_exposure.hpp"
 
-/// Compares the effects of optics and sensors on an image with formulas.
+/// Compares the effects of optics and sensor on an image with formulas.
 namespace waymark {
 namespace {
 
@@ -28,7 +28,7 @@ CameraModel pinhole() {
       .value();
 }
 
-/// Only radiance and pixels, no other effects: white is 200, black is 0.
+/// Only radiance and pixels, without other effects; white is 200 and black is 0.
 SceneCameraOptions bare() {
   return {
       .exposure_ms = 0, .lens_sigma_px = 0, .white_level_dn = 200, .full_well_electrons = 0, .ambient = 1};
@@ -36,8 +36,8 @@ SceneCameraOptions bare() {
 
 Scene even_radiance(double reflectance) { return {.surfaces = {}, .sky_reflectance = reflectance}; }
 
-constexpr double kSlant = 0.05;  ///< of the edge, so that rows cross it at all subpixel positions (ISO 12233)
-/// The right half of the world is white: an edge through the optical axis at this distance.
+constexpr double kSlant = 0.05;  ///< slope of the edge; rows cross it at all subpixel positions (ISO 12233)
+/// The right half of the world is white, so there is an edge through the optical axis at this distance.
 Scene edge_at(double distance_m) {
   const double side = 4 * distance_m;
   const double turn = -std::atan(kSlant);
@@ -47,7 +47,7 @@ Scene edge_at(double distance_m) {
 }
 
 const CameraMotion kStill = [](double) { return SE3(); };
-/// The camera rotates to the right, about its own y axis.
+/// The camera rotates to the right about its y axis.
 CameraMotion pan(double rad_s) {
   return [=](double t) { return SE3(SO3::exp({0, rad_s * t, 0}), Vector3d::Zero()); };
 }
@@ -66,10 +66,10 @@ Image take(const Scene& scene, const SceneCameraOptions& options, double stamp_s
   return SceneCamera::make(scene, pinhole(), options).value().render(kStill, stamp, seed).value().image;
 }
 
-/// Position of the edge of edge_at() in the row through the axis, and the variance of its blur. Both are
+/// Position of the edge from edge_at() in the row through the axis, and the variance of its blur. Both are
 /// moments of the differences between neighbouring pixels, averaged over rows. Sampling by pixels distributes
-/// every point between two of them and so adds f (1 - f) to the variance, with f its position in the pixel:
-/// 1/6 on average.
+/// every point between two of them and thus adds f (1 - f) to the variance, where f is the position within
+/// the pixel: 1/6 on average.
 struct EdgeMoments {
   double mean = 0;
   double variance = 0;
@@ -83,7 +83,7 @@ EdgeMoments row_moments(const std::vector<float>& radiance, int y) {
   return moments;
 }
 EdgeMoments edge_moments(const std::vector<float>& radiance) {
-  constexpr int kRows = 200;  // ten pixels along the slant
+  constexpr int kRows = 200;  // equivalent to ten pixels along the slanted edge
   EdgeMoments mean;
   for (int y = (kHeight - kRows) / 2; y < (kHeight + kRows) / 2; ++y) {
     const EdgeMoments row = row_moments(radiance, y);
@@ -99,7 +99,7 @@ TEST(SceneCamera, MotionBlurIsAsWideAsRateTimesExposureTimesFocalLength) {
     options.exposure_ms = 10;
     const double rate = blur_px / (kFocal * 0.010);
     const EdgeMoments moments = edge_moments(radiance_of(edge_at(2), options, pan(rate)));
-    const double width = std::sqrt(12 * (moments.variance));  // of a uniform distribution
+    const double width = std::sqrt(12 * (moments.variance));  // of a uniform distribution with this variance
     EXPECT_NEAR(width, blur_px, 0.01 * blur_px);
     EXPECT_NEAR(moments.mean, 160, 0.005);  // the stamp is the middle of the exposure
   }
@@ -122,11 +122,11 @@ TEST(SceneCamera, AccelerationWithinTheExposureIsIntegrated) {
   options.exposure_ms = 10;
   options.blur_step_px = 0.1;
   const double jerk =
-      10 / kFocal / (0.005 * 0.005);  // [rad/s2]: rotates by 10 px at either end, 0 in the middle
+      10 / kFocal / (0.005 * 0.005);  // [rad/s2]: rotated by 10 px at either end, 0 in the middle
   const CameraMotion motion = [=](double t) { return SE3(SO3::exp({0, jerk * t * t, 0}), Vector3d::Zero()); };
   const EdgeMoments moments = edge_moments(radiance_of(edge_at(2), options, motion));
   EXPECT_NEAR(moments.mean, 160 - 10.0 / 3,
-              0.05);  // the mean of t squared is a third of its value at the end
+              0.05);  // the mean of t squared is a third of its value at the ends
 }
 
 TEST(SceneCamera, RollingShutterSlantsAnEdgeByRateTimesReadout) {
@@ -163,7 +163,7 @@ TEST(SceneCamera, TheLensBlursAnEdgeByItsSigma) {
     std::vector<float> radiance(image.row(0), image.row(0) + static_cast<std::ptrdiff_t>(kWidth) * kHeight);
     for (float& value : radiance) value /= 200;
     const EdgeMoments moments = edge_moments(radiance);
-    EXPECT_NEAR(moments.variance, sigma * sigma, 0.02 * sigma * sigma + 0.004);  // rounding
+    EXPECT_NEAR(moments.variance, sigma * sigma, 0.02 * sigma * sigma + 0.004);  // the last term is rounding
   }
 }
 
@@ -204,7 +204,7 @@ TEST(SceneCamera, NoiseHasTheVarianceOfItsElectrons) {
         squares += std::pow(image.row(y)[x] - 200 * reflectance, 2);
       }
     }
-    const double variance = gain * gain * (electrons + 25 * 25) + 1.0 / 12;  // photons, reading, rounding
+    const double variance = gain * gain * (electrons + 25 * 25) + 1.0 / 12;  // photons, read noise, rounding
     EXPECT_NEAR(sum / count, 200 * reflectance, 4 * std::sqrt(variance / count));
     EXPECT_NEAR(squares / count, variance, 4 * variance * std::sqrt(2 / count));
   }
@@ -237,13 +237,13 @@ TEST(SceneCamera, FlickerIsAveragedOverTheExposure) {
   options.flicker_hz = 100;
   EXPECT_NEAR(take(even_radiance(0.5), options, 0.0025).row(0)[0], 130, 0.51);  // a quarter of a period
   EXPECT_NEAR(take(even_radiance(0.5), options, 0.0075).row(0)[0], 70, 0.51);
-  options.exposure_ms = 5;  // half a period: 2 / pi of the amplitude remains
+  options.exposure_ms = 5;  // over half a period, 2 / pi of the amplitude remains
   EXPECT_NEAR(take(even_radiance(0.5), options, 0.0025).row(0)[0], 100 * (1 + 0.3 * 2 / std::numbers::pi),
               0.51);
-  options.exposure_ms = 10;  // whole periods cancel
+  options.exposure_ms = 10;  // whole periods cancel out
   EXPECT_NEAR(take(even_radiance(0.5), options, 0.0025).row(0)[0], 100, 0.51);
   options.exposure_ms = 0;
-  options.readout_ms = 10;  // rows are exposed at different times: bands
+  options.readout_ms = 10;  // rows are exposed at different times, which causes bands
   const Image bands = take(even_radiance(0.5), options);
   EXPECT_NEAR(bands.row(kHeight * 3 / 4)[5], 130, 0.6);
   EXPECT_NEAR(bands.row(kHeight / 4)[5], 70, 0.6);

@@ -18,9 +18,9 @@ namespace {
 
 constexpr int kPoints = 17;
 
-/// Whether a surface is on the line from the eye to a point, clearly in front of the point.
+/// Whether a surface crosses the line from the eye to a point, clearly in front of the point.
 bool occludes(const PreparedSurface& surface, const Eigen::Vector3d& eye, const Eigen::Vector3d& map_p) {
-  constexpr double kMinGap_m = 2e-3;  // [m] before the point
+  constexpr double kMinGap_m = 2e-3;  // [m] in front of the point
   const Eigen::Vector3d from = surface.surface_R_map * (eye - surface.map_T_surface.translation());
   const Eigen::Vector3d to = surface.surface_R_map * (map_p - surface.map_T_surface.translation());
   if (from.z() > 0 && !surface.finish.two_sided) return false;
@@ -39,7 +39,7 @@ class TagObserver {
         map_T_tag_(map_T_tag),
         size_m_(size_m) {}
 
-  /// Pixel of a point of the tag's plane at the middle of the exposure of its row.
+  /// Pixel of a point in the plane of the tag, at the middle of the exposure of its row.
   [[nodiscard]] std::optional<Eigen::Vector2d> pixel(const Eigen::Vector3d& map_p) const {
     auto px = parts_.model.project(exposure_.map_T_cam.inverse() * map_p);
     // each step reduces the error by the fraction of the readout in which the image moves
@@ -99,7 +99,7 @@ std::optional<SceneTagTruth> truth_of_tag(const SceneExposure& exposure, const C
                                           const SceneSurface& surface) {
   SceneTagTruth truth{.tag = *surface.tag, .size_m = surface.tag_size_m};
   truth.cam_T_tag = exposure.map_T_cam.inverse() * surface.map_T_surface;
-  if (truth.cam_T_tag.inverse().translation().z() >= 0) return std::nullopt;  // from behind
+  if (truth.cam_T_tag.inverse().translation().z() >= 0) return std::nullopt;  // seen from behind
   const TagObserver observer(exposure, motion, surface.map_T_surface, surface.tag_size_m);
   const auto corners = tag_corners(surface.tag_size_m);
   bool near_image = false;
@@ -135,15 +135,15 @@ namespace {
 constexpr float kHorizon = 1e-6F;
 constexpr std::size_t kTilePixels = static_cast<std::size_t>(kTilePx) * kTilePx;
 
-/// The pixel corners of a row of a tile, on the plane of a surface.
+/// The pixel corners in a row of a tile, projected onto the plane of a surface.
 struct CornerRow {
   std::array<float, kTileCorners> a, b, c;
-  std::array<int, kTileCorners> column, row;  ///< of the pattern
-  bool horizon = false;                       ///< whether c is not above 0 everywhere
+  std::array<int, kTileCorners> column, row;  ///< column and row in the pattern
+  bool horizon = false;                       ///< whether c is zero or negative anywhere
 };
 
-/// Column of a coordinate in units of cells: 0 outside, 1 margin, 2 .. cells + 1, margin, outside.
-/// Branch-free, so that the compiler can vectorise it.
+/// Column of a coordinate in units of cells: 0 is outside, 1 is the margin, then 2 .. cells + 1, the margin
+/// and outside again. Branch-free, so that the compiler can vectorise it.
 template <bool kHasCells>
 int strip_of(float u, float low, float high, int cells) {
   const int past_low = static_cast<int>(u >= low);
@@ -171,7 +171,7 @@ void meet_corners(const RayTable& rays, const PlaneRays& plane, const PatternGri
   const float* rx = rays.rays(0, y) + x;
   const float* ry = rays.rays(1, y) + x;
   const float* rz = rays.rays(2, y) + x;
-  int below = 0;  // one bit per corner would prevent vectorisation
+  int below = 0;  // using one bit per corner would prevent vectorisation
   for (int i = 0; i < count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     out.a[k] = plane.a.shift + plane.a.x * rx[i] + plane.a.y * ry[i] + plane.a.z * rz[i];
@@ -183,7 +183,7 @@ void meet_corners(const RayTable& rays, const PlaneRays& plane, const PatternGri
   grid.cells > 0 ? find_strips<true>(grid, count, out) : find_strips<false>(grid, count, out);
 }
 
-/// Renders the surfaces of one row of tiles.
+/// Renders the surfaces in one row of tiles.
 class BandPainter {
  public:
   BandPainter(SceneExposure& exposure, int band)
@@ -205,9 +205,9 @@ class BandPainter {
 
  private:
   struct Layer {
-    std::size_t index = 0;  ///< in views_
+    std::size_t index = 0;  ///< index in views_
     bool wholly = false;
-    TileValues shade;  ///< radiance of each pixel, for a surface without a pattern; otherwise of glare
+    TileValues shade;  ///< radiance of each pixel if the surface has no pattern, otherwise that of the glare
   };
 
   [[nodiscard]] int rows_apart() const { return exposure_.rolling ? kTilePx : 1; }
@@ -228,7 +228,7 @@ class BandPainter {
     turn_rad_ += radius / parts_.options.focus_distance_m;
   }
 
-  /// The plane of a surface from every viewpoint of this band.
+  /// The plane of a surface, as seen from each viewpoint of this band.
   const PlaneRays& plane(std::size_t index, int row, int sample) {
     std::vector<PlaneRays>& planes = planes_[index];
     if (planes.empty()) {
@@ -346,20 +346,20 @@ class BandPainter {
   const SceneCamera::Parts& parts_;
   const RayTable& rays_;
   int band_;
-  int last_row_ = 0;  ///< of the band
+  int last_row_ = 0;  ///< last row of the band
   SE3 middle_;
   double turn_rad_ = 0;
   double move_m_ = 0;
   std::vector<SurfaceView> views_;              ///< from far to near
-  std::vector<std::vector<PlaneRays>> planes_;  ///< of each view, as needed
+  std::vector<std::vector<PlaneRays>> planes_;  ///< for each view, filled when needed
   std::vector<Layer> layers_;
   TileValues radiance_{};
   TileValues sum_{};
   std::array<CornerRow, 2> rows_;
 };
 
-/// Radiance of each pixel of a surface without a pattern; with a pattern, the additional glare. Textures are
-/// smooth, so a few samples of the exposure are enough for them, and one for glare.
+/// Radiance of each pixel of a surface without a pattern or, with a pattern, the additional glare. Textures
+/// are smooth, so a few samples of the exposure are enough for them, and one is enough for glare.
 void BandPainter::shade(Layer& layer, const RayTable::Tile& tile) {
   constexpr int kSamplesApart = 4;
   const SurfaceView& view = views_[layer.index];
@@ -391,8 +391,8 @@ namespace {
 
 constexpr int kLevels = 256;
 
-/// Weights of pixels -reach .. reach with exactly the requested variance. They sample a Gaussian of another
-/// width, found by bisection.
+/// Weights of pixels -reach .. reach with exactly the requested variance. They sample a Gaussian of a
+/// different width, which is found by bisection.
 std::vector<float> lens_weights(double sigma_px) {
   if (sigma_px < 0.05) return {1.0F};
   const int reach = std::max(1, static_cast<int>(std::ceil(4 * sigma_px)));
@@ -429,7 +429,7 @@ double lamp_intensity(const SceneCameraOptions& options, double time_s) {
   return 1 + options.flicker * swing(options.flicker_hz) + options.drift * swing(1 / options.drift_period_s);
 }
 
-/// Row y of the radiance, blurred down columns. Border pixels are repeated beyond the image.
+/// Row y of the radiance, blurred down the columns. Border pixels are repeated beyond the image.
 void spread_down(const SceneCamera::Parts& parts, const SceneExposure& exposure, int y,
                  std::vector<float>& out) {
   const int reach = static_cast<int>(parts.lens.size() / 2);
@@ -449,7 +449,7 @@ void spread_down(const SceneCamera::Parts& parts, const SceneExposure& exposure,
   }
 }
 
-/// Scratch of one band.
+/// Scratch buffers for one band.
 struct Rows {
   std::vector<float> spread, level, noise;
 };
@@ -484,7 +484,7 @@ void write_row(const SceneCamera::Parts& parts, const std::vector<float>& level,
   if (parts.tone.empty()) {
     for (std::size_t x = 0; x < level.size(); ++x) {
       const float up =
-          0.5F + std::min(std::max(level[x], 0.0F), 255.0F);  // rounds; lround takes ten times as long
+          0.5F + std::min(std::max(level[x], 0.0F), 255.0F);  // rounds; lround would take ten times as long
       out[x] = static_cast<std::uint8_t>(up);
     }
     return;

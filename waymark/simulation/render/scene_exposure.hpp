@@ -16,23 +16,23 @@ struct SceneCamera::Parts {
   SceneCameraOptions options{};
   std::shared_ptr<const render::RayTable> rays{};
   std::vector<render::PreparedSurface> surfaces{};  ///< in the order of the scene
-  std::vector<float> lens{};                        ///< weights of the lens blur, an odd number
-  std::vector<float> vignetting{};                  ///< of each pixel; 0 for pixels without a ray
-  std::vector<std::uint8_t> tone{};                 ///< grey level of linear level / kToneSteps
+  std::vector<float> lens{};                        ///< weights of the lens blur; their number is odd
+  std::vector<float> vignetting{};                  ///< factor for each pixel; 0 for pixels without a ray
+  std::vector<std::uint8_t> tone{};                 ///< grey level for linear level / kToneSteps
 };
 
 struct SceneExposure {
   SensorTime stamp{};
   std::uint64_t seed = 0;
-  std::shared_ptr<const SceneCamera::Parts> parts{};  ///< kept even if the scene changes meanwhile
+  std::shared_ptr<const SceneCamera::Parts> parts{};  ///< kept even if the scene changes in the meantime
   SE3 map_T_cam{};
   int samples = 1;                            ///< number of times (and lens points) that are averaged
   bool rolling = false;                       ///< whether each row has its own time
-  std::vector<SE3> map_T_cams{};              ///< at each time; if rolling, of each row
+  std::vector<SE3> map_T_cams{};              ///< pose at each time or, if rolling, for each row
   std::vector<Eigen::Vector3d> cam_t_lens{};  ///< lens point at each time
   std::vector<const render::PreparedSurface*> order{};  ///< from far to near
   std::vector<SceneTagTruth> tags{};
-  std::vector<float> radiance{};  ///< of each pixel: 1 is white paper in nominal illumination
+  std::vector<float> radiance{};  ///< for each pixel; 1 is white paper in nominal illumination
   Image image{};
 
   [[nodiscard]] const SE3& pose(int row, int sample) const {
@@ -42,20 +42,21 @@ struct SceneExposure {
 
 namespace render {
 
-inline constexpr int kToneSteps = 16;  ///< per grey level
+inline constexpr int kToneSteps = 16;  ///< number of steps per grey level
 
-/// Seconds from the stamp to the middle of a row's exposure.
+/// Time from the stamp to the middle of a row's exposure [s].
 [[nodiscard]] double row_time_s(const SceneCamera::Parts& parts, double row);
 
-/// Renders the radiance of the pixels of one row of tiles.
+/// Renders the radiance of the pixels in one row of tiles.
 void expose_band(SceneExposure& exposure, int band);
 
-/// Converts the radiance of one row of tiles to grey levels: lens blur, vignetting, noise, gamma, rounding.
+/// Converts the radiance in one row of tiles to grey levels, applying lens blur, vignetting, noise, gamma and
+/// rounding.
 void read_out_band(SceneExposure& exposure, int band);
 /// Precomputes the tables for read_out_band().
 void prepare_sensor(SceneCamera::Parts& parts);
 
-/// Ground truth of each tag that is at least partly visible.
+/// Ground truth for each tag that is at least partly visible.
 [[nodiscard]] std::vector<SceneTagTruth> truth_of(const SceneExposure& exposure, const CameraMotion& motion);
 
 }  // namespace render

@@ -14,14 +14,14 @@
 #include "waymark/base/random.hpp"
 #include "waymark/samples/visibility.hpp"
 
-/// Tests that edges of the noiseless image are at their geometric positions, for every lens, size and tilt.
+/// Tests that edges in the noiseless image are at their geometric positions for every lens, size and tilt.
 namespace waymark {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kSide = 480;  ///< of the image
+constexpr int kSide = 480;  ///< side length of the image
 
 struct Lens {
   const char* name;
@@ -39,7 +39,7 @@ std::vector<Lens> lenses() {
           {"equidistant", CameraModel::make(fisheye, kSide, kSide).value(), 240}};
 }
 
-/// Radiance of the pixels, before lens blur, noise and rounding.
+/// Measures the radiance of the pixels before lens blur, noise and rounding.
 class RadianceMeter {
  public:
   explicit RadianceMeter(const CameraModel& model)
@@ -63,7 +63,7 @@ double at(const std::vector<float>& radiance, int x, int y) {
   return static_cast<double>(radiance[static_cast<std::size_t>(y * kSide + x)]);
 }
 
-/// Many image points of a side of a white rectangle in front of black.
+/// Many image points on one side of a white rectangle against black.
 std::vector<Vector2d> side_points(const CameraModel& model, const SE3& cam_T, const Vector3d& a,
                                   const Vector3d& b) {
   constexpr int kPoints = 4000;
@@ -89,14 +89,14 @@ double mean_crossing(const std::vector<Vector2d>& points, int along, double low)
   return sum / kSteps;
 }
 
-/// Outward displacement of a side, linear along its length: offsets at its first and last point [px].
+/// Outward displacement of a side, linear along its length: the offsets at its first and last point [px].
 struct SideError {
   double first = 0, last = 0;
   int strips = 0;
 };
 
-/// Per strip of pixels, sums the radiance across the side and subtracts the true white length; then fits a
-/// line.
+/// For each strip of pixels, sums the radiance across the side and subtracts the true white length, then fits
+/// a line.
 SideError side_error(const std::vector<float>& radiance, const std::vector<Vector2d>& side,
                      const Vector2d& inside) {
   constexpr int kReach = 2;
@@ -115,7 +115,7 @@ SideError side_error(const std::vector<float>& radiance, const std::vector<Vecto
     const int begin = static_cast<int>(std::floor(truth)) - kReach;
     const auto value = [&](int i) { return along == 1 ? at(radiance, i, k) : at(radiance, k, i); };
     const double ends = std::abs(value(begin) - value(begin + 2 * kReach));
-    if (ends < 1 - 1e-5) continue;  // another side is near
+    if (ends < 1 - 1e-5) continue;  // too close to another side
     double white = 0;
     for (int i = begin; i < begin + 2 * kReach + 1; ++i) white += value(i);
     const double found = white_below ? begin + white : begin + 2 * kReach + 1 - white;
@@ -160,10 +160,10 @@ double corner_error_px(RadianceMeter& meter, const SE3& cam_T, double size_m) {
   return worst;
 }
 
-/// A rectangle in the image, with a side of `size_px` if it faced the camera.
+/// Pose of a rectangle in the image whose side would be `size_px` long if it faced the camera.
 SE3 some_pose(double size_px, double px_per_rad, double tilt_rad, int turn, Random& random) {
   const double room = std::max(0.0, (kSide - 1.5 * size_px) / 2 - 8) / px_per_rad;
-  const double roll = turn == 0 ? 0 : random.uniform(-3, 3);  // vertical sides are the hard case for sampling
+  const double roll = turn == 0 ? 0 : random.uniform(-3, 3);  // vertical sides are hardest to sample
   const Vector3d ray(random.uniform(-room, room), random.uniform(-room, room), 1);
   const SO3 towards = SO3::from_rpy(-std::atan(ray.y()), std::atan(ray.x()), 0);
   return {towards * SO3::from_rpy(0, 0, roll) * SO3::from_rpy(tilt_rad, 0, 0), ray};
@@ -192,8 +192,8 @@ TEST(SceneCameraEdges, MeetAtTheTrueCornersWithinFiveThousandthsOfAPixel) {
   }
 }
 
-/// Value of a tag pixel from many rays, exact to their spacing. Shares only the camera model with the
-/// renderer.
+/// Value of a tag pixel computed from many rays, exact to within their spacing. Only the camera model is
+/// shared with the renderer.
 double by_many_rays(const CameraModel& model, const TagId& tag, const SE3& cam_T_tag, double cell_m, int x,
                     int y) {
   constexpr int kRays = 16;
@@ -246,7 +246,7 @@ TEST(SceneCameraEdges, EveryPixelOfATagMatchesManyRays) {
     }
     std::printf("%-12s %d pixels: worst difference %.4f, mean %.6f\n", lens.name, pixels, worst,
                 sum / pixels);
-    EXPECT_LT(worst, 0.06);  // an edge may miss a column of 16 rays
+    EXPECT_LT(worst, 0.06);  // an edge may be missed by a column of 16 rays
     EXPECT_LT(std::abs(sum / pixels), 1e-4);
   }
 }

@@ -15,7 +15,7 @@
 #include "waymark/base/random.hpp"
 #include "waymark/simulation/render/scene_exposure.hpp"
 
-/// Tests occlusion, ground truth, and reproducibility of images across threads.
+/// Tests occlusion, ground truth, and that images are reproducible across threads.
 namespace waymark {
 namespace {
 
@@ -57,11 +57,11 @@ TEST(Scene, NearerSurfacesHideFartherOnesInAnyOrder) {
   }
 }
 
-/// A long wall to the side of the camera, whose middle is nearer than the tag on its far end.
+/// A long wall to the side of the camera, whose centre is nearer than the tag at its far end.
 TEST(Scene, ATagOnAWallIsDrawnOverIt) {
-  const SE3 on_wall(SO3::from_rpy(0, std::numbers::pi / 2, 0), {0.8, 0, 1.5});  // to the right, facing left
+  const SE3 on_wall(SO3::from_rpy(0, std::numbers::pi / 2, 0), {0.8, 0, 1.5});  // on the right, facing left
   const SceneSurface wall = plain_surface(on_wall, 6, 2, {.reflectance = 0.3});
-  const SE3 along = SE3(SO3(), {-1.0, 0, 0});  // forward along the wall
+  const SE3 along = SE3(SO3(), {-1.0, 0, 0});  // moves forward along the wall
   const SceneSurface poster = plain_surface(on_wall * along, 0.4, 0.4, {.reflectance = 1.0});
   const Vector2d px = pinhole().project((on_wall * along).translation()).value();
   const Image image = take({.surfaces = {wall, poster}, .sky_reflectance = 0}).image;
@@ -79,11 +79,11 @@ TEST(Scene, TagsAreInFrontOfWallsAndBehindFurniture) {
   const SE3 map_T_cam(SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished()),
                       {0, 0, 0.5});
   const RenderedFrame frame = take(scene_of(world), bare(), [&](double) { return map_T_cam; });
-  ASSERT_EQ(frame.tags.size(), 1U);  // the other one is behind the furniture
+  ASSERT_EQ(frame.tags.size(), 1U);  // the other tag is behind the furniture
   EXPECT_EQ(frame.tags[0].tag.number, 1);
   EXPECT_EQ(frame.tags[0].visible_fraction, 1);
   const auto centre =
-      pinhole().project(frame.tags[0].cam_T_tag * Vector3d(0.115, 0, 0)).value();  // white margin
+      pinhole().project(frame.tags[0].cam_T_tag * Vector3d(0.115, 0, 0)).value();  // in the white margin
   EXPECT_NEAR(frame.image.row(static_cast<int>(centre.y()))[static_cast<int>(centre.x())], 200, 1);
 }
 
@@ -104,7 +104,7 @@ TEST(Scene, TruthOfCornersVisibilityAndBlur) {
         pose.rotation().matrix() * Vector3d(0.1 * signs[i][0], 0.1 * signs[i][1], 0) + pose.translation();
     EXPECT_NEAR(truth.corners_px[i].x(), 300 * p.x() / p.z() + 160, 1e-9);
     EXPECT_NEAR(truth.corners_px[i].y(), 300 * p.y() / p.z() + 120, 1e-9);
-    EXPECT_EQ(truth.corner_visible[i], signs[i][0] < 0);  // the cover's edge runs through the middle
+    EXPECT_EQ(truth.corner_visible[i], signs[i][0] < 0);  // the edge of the cover crosses the middle
   }
   EXPECT_NEAR(truth.visible_fraction, 0.55, 0.1);
   EXPECT_NEAR(truth.blur_px, 300 * rate * 0.010 * (1 + 0.1 * 0.1), 0.03);
@@ -124,14 +124,14 @@ TEST(Scene, RollingShutterMovesTheTruthLikeTheImage) {
   const Vector2d expected =
       pinhole().project(motion(row_time).inverse() * (pose * Vector3d(-0.1, -0.1, 0))).value();
   EXPECT_LT((corner - expected).norm(), 1e-6);
-  EXPECT_GT(std::abs(corner.x() - 130), 1.5);  // it moved
-  // The white margin to the left of the corner is white, the border to the right is black.
+  EXPECT_GT(std::abs(corner.x() - 130), 1.5);  // the corner has moved
+  // The margin to the left of the corner is white, and the border to its right is black.
   const auto* row = frame.image.row(static_cast<int>(corner.y()) + 2);
   EXPECT_GT(row[static_cast<int>(corner.x()) - 2], 180);
   EXPECT_LT(row[static_cast<int>(corner.x()) + 2], 40);
 }
 
-/// The camera of a LIMO among tags, walls and furniture, with all effects enabled.
+/// A LIMO's camera among tags, walls and furniture, with all effects enabled.
 struct Busy {
   World world;
   SceneCameraOptions options{.exposure_ms = 8,
@@ -196,7 +196,7 @@ TEST(Scene, WithoutMotionTheExposureDoesNotMatter) {
             take(scene_of(busy.world), exposed, stationary).image);
 }
 
-/// A fisheye of 190 degrees facing up from the floor sees walls below its horizon and nothing outside its
+/// A 190 degree fisheye facing up from the floor sees walls below its horizon and nothing outside its image
 /// circle.
 TEST(Scene, AFisheyeSeesAllAroundAndNothingOutsideItsCircle) {
   const auto model =
@@ -224,7 +224,8 @@ TEST(Scene, GlareIsBrightestAtTheReflectionOfTheLamp) {
   const Image matt = take(scene).image;
   scene.surfaces[0].finish.gloss = 0.5;
   const Image glossy = take(scene).image;
-  // Half way between the foot of the camera and that of the lamp: 0.1 m to the right at 1 m.
+  // The reflection is halfway between the points below the camera and below the lamp: 0.1 m to the right at 1
+  // m.
   int brightest = 0;
   for (int x = 0; x < kWidth; ++x) {
     if (glossy.row(120)[x] > glossy.row(120)[brightest]) brightest = x;
@@ -234,8 +235,8 @@ TEST(Scene, GlareIsBrightestAtTheReflectionOfTheLamp) {
   EXPECT_NEAR(glossy.row(120)[40], matt.row(120)[40], 1);
 }
 
-/// Inside walls and boxes, under the floor, in the plane of a tag, just in front of one: all radiances must
-/// be valid.
+/// Inside walls and boxes, under the floor, in the plane of a tag, or just in front of one, all radiances
+/// must be valid.
 TEST(Scene, AnyPoseAndLensGivesValidRadiance) {
   const Busy busy;
   const Equidistant all_around{.fx = 30, .fy = 30, .cx = 80, .cy = 60};

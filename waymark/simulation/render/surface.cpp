@@ -18,14 +18,14 @@ namespace {
 constexpr float kMinFaceDepth = 1e-6F;
 constexpr std::size_t kMaxColumns = PatternGrid::kMaxCells + 6;
 
-/// A corner of a piece of the pixel, with its position in the pixel and on the plane.
+/// A corner of a piece of the pixel, with its position both in the pixel and on the plane.
 struct Vertex {
   float x = 0, y = 0;
   float a = 0, b = 0, c = 0;
 };
 
-/// A convex piece. Cutting the square along parallel lines of two directions and the horizon gives at most
-/// seven corners; rounding may add a few more.
+/// A convex piece. Cutting the square along the horizon and along parallel lines in two directions gives at
+/// most seven corners; rounding may add a few more.
 struct Piece {
   std::array<Vertex, 16> vertices;
   std::size_t count = 0;
@@ -40,8 +40,8 @@ Vertex between(const Vertex& p, const Vertex& q, float t) {
           p.c + t * (q.c - p.c)};
 }
 
-/// The part in which `side` is not negative (Sutherland and Hodgman, "Reentrant polygon clipping", CACM
-/// 1974).
+/// The part of the piece in which `side` is not negative (Sutherland and Hodgman, "Reentrant polygon
+/// clipping", CACM 1974).
 template <class Side>
 void cut(const Piece& from, const Side& side, Piece& to) {
   to.count = 0;
@@ -71,7 +71,7 @@ float area(const Piece& piece) {
   return twice / 2;
 }
 
-/// Fraction of the pixel's square in which a value, linear between its corners, is not negative.
+/// Fraction of the pixel square in which a value that is linear between the corners is not negative.
 float share_of_square(const float (&f)[4]) {
   constexpr float kX[5] = {0, 1, 1, 0, 0};
   constexpr float kY[5] = {0, 0, 1, 1, 0};
@@ -105,14 +105,14 @@ PixelShare of_cell(const PatternGrid& grid, int row, int column) {
   return {grid.covers(row, column) ? 1.0F : 0.0F, grid.level(row, column)};
 }
 
-/// A pixel crossed by one line: the fraction `beyond` lies past the line.
+/// A pixel crossed by one line; the fraction `beyond` lies past that line.
 PixelShare mixed(const PixelShare& before, const PixelShare& after, float beyond) {
   return {before.covered + beyond * (after.covered - before.covered),
           before.level + beyond * (after.level - before.level)};
 }
 
-/// The area of the pixel past column line i and row line j, for all i and j of the span. The areas of cells
-/// are differences of these values.
+/// The area of the pixel past column line i and row line j, for all i and j in the span. The areas of cells
+/// are differences between these values.
 class PastLines {
  public:
   PastLines(const PatternGrid& grid, const PlanePoint (&corners)[4], const CellSpan& span)
@@ -209,8 +209,8 @@ PixelShare share_of_pixel(const PatternGrid& grid, const PlanePoint (&corners)[4
 
 namespace {
 
-constexpr double kSamePlaneM = 2e-3;  // points nearer to a plane count as lying in it
-constexpr double kMaxConeRad = 1.2;   // [rad] beyond, a cone about the middle is not a bound
+constexpr double kSamePlaneM = 2e-3;  // points closer to a plane count as lying in it
+constexpr double kMaxConeRad = 1.2;   // [rad] beyond this, a cone about the middle is not a valid bound
 constexpr double kInk = 0.06;
 constexpr std::uint8_t kInkCell = 0;
 
@@ -229,7 +229,7 @@ PatternGrid tag_grid(const TagId& tag, const Eigen::Vector2d& half_m, double cel
   PatternGrid grid;
   grid.cells = family(tag.family).total_width;
   const double middle = grid.cells / 2.0;
-  const double paper_beyond = 1e-5;  // no sliver if the paper ends with the tag
+  const double paper_beyond = 1e-5;  // avoids a sliver if the paper ends at the edge of the tag
   const Eigen::Vector2d half = (half_m / cell_m).cwiseMax(middle + paper_beyond);
   grid.left = static_cast<float>(middle - half.x());
   grid.right = static_cast<float>(middle + half.x());
@@ -255,12 +255,12 @@ PlaneRays::Form form(const Eigen::RowVector3d& row, const Eigen::Vector3d& shift
           static_cast<float>(row.dot(shift))};
 }
 
-/// Data of a surface for sorting.
+/// Data of a surface that are needed for sorting.
 struct Placed {
   const PreparedSurface* surface = nullptr;
   bool front = true;
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< from the camera to its middle, unit
-  double angle_rad = 0;                                 ///< to its farthest corner from that direction
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit vector from the camera to its middle
+  double angle_rad = 0;  ///< angle between that direction and its farthest corner
   double distance_m = 0;
 };
 
@@ -289,7 +289,7 @@ bool in_one_plane(const Placed& p, const Placed& q) {
   });
 }
 
-/// Whether p (earlier in the scene than q) must be drawn before q, or after it, or neither.
+/// Whether p (earlier in the scene than q) must be drawn before q, after it, or in either order.
 int order_of(const Placed& p, const Placed& q) {
   const bool small = p.angle_rad < kMaxConeRad && q.angle_rad < kMaxConeRad;
   if (small && std::acos(std::clamp(p.direction.dot(q.direction), -1.0, 1.0)) > p.angle_rad + q.angle_rad)
@@ -318,7 +318,7 @@ Placed place(const PreparedSurface& surface, const Eigen::Vector3d& map_t_cam, b
 /// Repeatedly selects the first surface that no remaining one must precede.
 std::vector<const PreparedSurface*> sorted(const std::vector<Placed>& placed) {
   const std::size_t n = placed.size();
-  std::vector<std::uint8_t> before(n * n, 0);  // before[i * n + j]: i must be drawn before j
+  std::vector<std::uint8_t> before(n * n, 0);  // before[i * n + j]: whether i must be drawn before j
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 1; j < n; ++j) {
       const int order = order_of(placed[i], placed[j]);
@@ -338,7 +338,7 @@ std::vector<const PreparedSurface*> sorted(const std::vector<Placed>& placed) {
       for (std::size_t i = 0; i < n && free; ++i) free = done[i] != 0 || before[i * n + j] == 0;
       if (free) next = j;
     }
-    if (next == n) next = farthest;  // a cycle
+    if (next == n) next = farthest;  // there is a cycle
     done[next] = 1;
     order.push_back(placed[next].surface);
   }
@@ -467,7 +467,7 @@ double speckle(double u, double v) {
 }
 
 double tiles(double u, double v) {
-  constexpr double kJoint = 0.03;  // of a cell
+  constexpr double kJoint = 0.03;  // as a fraction of a cell
   const double x = u - std::floor(u);
   const double y = v - std::floor(v);
   if (x < kJoint || y < kJoint) return -1;
@@ -500,7 +500,7 @@ std::vector<float> halved(const std::vector<float>& fine, int size) {
   return coarse;
 }
 
-/// Much faster than std::floor on processors without an instruction for it.
+/// Much faster than std::floor on processors that lack an instruction for it.
 std::int32_t whole(float x) {
   const auto towards_zero = static_cast<std::int32_t>(x);
   return towards_zero - (x < static_cast<float>(towards_zero) ? 1 : 0);
@@ -513,7 +513,7 @@ float bilinear(const float* texels, int size, float u, float v) {
   const std::int32_t j = whole(y);
   const float dx = x - static_cast<float>(i);
   const float dy = y - static_cast<float>(j);
-  const auto mask = static_cast<std::uint32_t>(size - 1);  // a power of 2: also wraps negative numbers
+  const auto mask = static_cast<std::uint32_t>(size - 1);  // size is a power of 2: also wraps negatives
   const auto n = static_cast<std::size_t>(size);
   const auto left = static_cast<std::uint32_t>(i);
   const auto top = static_cast<std::uint32_t>(j);
@@ -598,7 +598,7 @@ float value(const PlaneRays::Form& form, float x, float y, float z) {
   return form.shift + form.x * x + form.y * y + form.z * z;
 }
 
-/// Intersection of the line of sight of a pixel corner with the plane, in cells.
+/// Intersection of the line of sight through a pixel corner with the plane, in units of cells.
 Eigen::Vector2f meet(const PlaneRays& plane, const RayTable& rays, int x, int y, float per_unit) {
   const float rx = rays.rays(0, y)[x];
   const float ry = rays.rays(1, y)[x];
@@ -622,7 +622,7 @@ void add_texture_nodes(const SurfaceTexture& texture, double cell_m, const Plane
     at[static_cast<std::size_t>(i)] =
         meet(plane, rays, std::min(tile.x + 2 * i, rays.width_px()), y, per_unit);
   }
-  // The longer side of a node's footprint, in the middle of the row.
+  // The longer side of a node's footprint, evaluated in the middle of the row.
   const int x = std::min(tile.x + kTilePx / 2, rays.width_px());
   const int other = y < rays.height_px() ? y + 1 : y - 1;
   const float down = (meet(plane, rays, x, other, per_unit) - meet(plane, rays, x, y, per_unit)).norm();

@@ -12,14 +12,14 @@
 
 namespace waymark::render {
 
-/// The pattern of a flat rectangle: square cells in its middle, a margin around them, nothing outside.
+/// The pattern of a flat rectangle: square cells in the middle, a margin around them, and nothing outside.
 /// Coordinates are in units of a cell, with the origin at the top left corner of the cells. A plain rectangle
-/// has no cells, and its units are arbitrary. Lines 0 .. lines() - 1 of either direction separate columns
-/// (rows) 0 .. lines(); the first and the last of them are outside.
+/// has no cells, and its units are arbitrary. In either direction, lines 0 .. lines() - 1 separate columns
+/// (rows) 0 .. lines(); the first and the last column (row) are outside.
 struct PatternGrid {
-  int cells = 0;  ///< per row; at most kMaxCells
+  int cells = 0;  ///< number of cells per row; at most kMaxCells
   float left = 0, right = 0, top = 0, bottom = 0;
-  std::vector<float> levels;  ///< reflectance of row r, column c at r * (lines() + 1) + c; outside 0
+  std::vector<float> levels;  ///< reflectance of row r, column c at index r * (lines() + 1) + c; 0 outside
 
   static constexpr int kMaxCells = 16;
 
@@ -36,8 +36,8 @@ struct PatternGrid {
   }
 };
 
-/// Intersection of the line of sight of a pixel's corner with the plane: (a / c, b / c), in front of the
-/// camera if c > 0.
+/// Intersection of the line of sight through a pixel corner with the plane: (a / c, b / c), which is in front
+/// of the camera if c > 0.
 struct PlanePoint {
   float a = 0, b = 0, c = 0;
 };
@@ -47,16 +47,16 @@ struct CellSpan {
   int column_low = 0, column_high = 0, row_low = 0, row_high = 0;
 };
 
-/// Fraction of a pixel covered by a pattern, and the sum of reflectance times fraction.
+/// Fraction of a pixel that a pattern covers, and the sum of reflectance times fraction.
 struct PixelShare {
   float covered = 0;
   float level = 0;
 };
 
-/// Computes exact areas by cutting the pixel's square along the lines of the pattern. a, b and c are assumed
-/// linear between the corners, which is exact without distortion. With distortion the error is the curvature
-/// within a pixel. Corners clockwise from the top left one. c may be 0 or less at some of them (the horizon).
-/// O(cells touched).
+/// Computes exact areas by cutting the pixel square along the lines of the pattern. This assumes that a, b
+/// and c are linear between the corners, which is exact without distortion. With distortion, the error is the
+/// curvature within a pixel. Corners are in clockwise order, starting at the top left. At some of them, c may
+/// be zero or negative (the horizon). O(cells touched).
 [[nodiscard]] PixelShare share_of_pixel(const PatternGrid& grid, const PlanePoint (&corners)[4],
                                         const CellSpan& span);
 
@@ -64,27 +64,28 @@ struct PixelShare {
 struct PreparedSurface {
   SE3 map_T_surface{};
   Eigen::Matrix3d surface_R_map = Eigen::Matrix3d::Identity();
-  std::array<Eigen::Vector3d, 4> map_p_corners{};  ///< TL TR BR BL
+  std::array<Eigen::Vector3d, 4> map_p_corners{};  ///< corners TL, TR, BR, BL
   Eigen::Vector2d half_m = Eigen::Vector2d::Zero();
   PatternGrid front{};
-  PatternGrid back{};  ///< blank
-  double unit_m = 1;   ///< side of a grid unit
+  PatternGrid back{};  ///< a blank grid for the back
+  double unit_m = 1;   ///< side length of a grid unit
   Finish finish{};
-  double gain_front = 1, gain_back = 1;  ///< illumination of either side
+  double gain_front = 1, gain_back = 1;  ///< illumination of each side
 };
 
 [[nodiscard]] PreparedSurface prepare(const SceneSurface& surface, const Scene& scene, double ambient);
 
-/// Pose of the camera for one sample of the exposure, through one point of its lens.
+/// Pose of the camera for one sample of the exposure, through one point on its lens.
 struct Viewpoint {
   Eigen::Matrix3d map_R_cam = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d map_t_lens = Eigen::Vector3d::Zero();  ///< the point of the lens
-  /// Added to every ray for a point of the lens off its centre: minus its offset over the focus distance.
+  Eigen::Vector3d map_t_lens = Eigen::Vector3d::Zero();  ///< the point on the lens
+  /// Added to every ray for a point away from the centre of the lens: minus its offset divided by the focus
+  /// distance.
   Eigen::Vector3d cam_ray_shift = Eigen::Vector3d::Zero();
 };
 
-/// A surface from a viewpoint. A ray r intersects its plane at (a / c, b / c), in units of its grid. Each of
-/// a, b, c is x r.x + y r.y + z r.z + shift.
+/// A surface as seen from a viewpoint. A ray r intersects its plane at (a / c, b / c), in units of its grid.
+/// Each of a, b and c is x r.x + y r.y + z r.z + shift.
 struct PlaneRays {
   struct Form {
     float x = 0, y = 0, z = 0, shift = 0;
@@ -98,18 +99,18 @@ struct PlaneRays {
 struct SurfaceView {
   const PreparedSurface* surface = nullptr;
   bool front = true;
-  double nearest_m = 0;                          ///< distance to its nearest point
-  std::array<Eigen::Vector3d, 4> cam_n_edges{};  ///< unit; a ray on the inner side of all four intersects it
+  double nearest_m = 0;                          ///< distance to the nearest point of the surface
+  std::array<Eigen::Vector3d, 4> cam_n_edges{};  ///< unit; a ray inside all four intersects the surface
 
   [[nodiscard]] const PatternGrid& grid() const { return front ? surface->front : surface->back; }
 };
 
 [[nodiscard]] SurfaceView view_of(const PreparedSurface& surface, const SE3& map_T_cam);
 
-/// The surfaces that may be visible to a camera, the farthest first; each is drawn over the previous ones.
-/// Pairwise tests of planes (Newell, Newell and Sancha, "A solution to the hidden surface problem", ACM
-/// 1972); surfaces that intersect, or cover each other cyclically, are not resolved. Surfaces within
-/// `reach_m` of their own plane are omitted. O(surfaces squared).
+/// The surfaces that may be visible to a camera, farthest first; each is drawn over the previous ones. Uses
+/// pairwise tests of planes (Newell, Newell and Sancha, "A solution to the hidden surface problem", ACM
+/// 1972). Surfaces that intersect, or cover each other cyclically, are not handled correctly. Surfaces are
+/// omitted if the camera is within 1 mm of their plane. O(surfaces squared).
 [[nodiscard]] std::vector<const PreparedSurface*> from_far_to_near(std::span<const PreparedSurface> surfaces,
                                                                    const SE3& map_T_cam,
                                                                    double half_view_rad);
@@ -121,24 +122,24 @@ enum class Meeting : std::uint8_t { None, Partly, Wholly };
 [[nodiscard]] Meeting meets(const SurfaceView& view, const RayTable::Tile& tile, double turn_rad,
                             double move_m);
 
-/// A texture that repeats in both directions, and its half, quarter, … sizes (Williams, "Pyramidal
-/// parametrics", SIGGRAPH 1983). Values from -1 to 1 with mean 0.
+/// A texture that repeats in both directions, stored at full, half, quarter, … size (Williams, "Pyramidal
+/// parametrics", SIGGRAPH 1983). Values are from -1 to 1 with mean 0.
 class SurfaceTexture {
  public:
-  /// `kind` is an index in kFloorTextures. Kinds differ in contents, not in size.
+  /// `kind` is an index into kFloorTextures. Kinds differ in contents, not in size.
   explicit SurfaceTexture(int kind);
 
-  /// Cells (tiles, planks, largest blobs) per repetition.
+  /// Number of cells (tiles, planks, largest blobs) per repetition.
   static constexpr int kCells = 8;
-  /// Texels per cell of the finest level.
+  /// Number of texels per cell at the finest level.
   static constexpr int kTexelsPerCell = 64;
 
-  /// The two levels nearest in size to a footprint that is given in texels of the finest level.
+  /// The two levels closest in size to a footprint given in texels of the finest level.
   struct Level {
     const float* fine = nullptr;
     const float* coarse = nullptr;
-    int fine_size = 1, coarse_size = 1;  ///< [texel], powers of 2
-    float to_coarse = 0;                 ///< weight of the coarser one
+    int fine_size = 1, coarse_size = 1;  ///< [texel], a power of 2
+    float to_coarse = 0;                 ///< weight of the coarser level
   };
   [[nodiscard]] Level level(double texels) const;
 
@@ -150,21 +151,22 @@ class SurfaceTexture {
   std::vector<std::vector<float>> levels_;
 };
 
-/// Created at first use and then shared. Thread-safe.
+/// Created on first use and then shared. Thread-safe.
 [[nodiscard]] const SurfaceTexture& surface_texture(int kind);
 
 /// A value for each pixel of a tile, row by row.
 using TileValues = std::array<float, static_cast<std::size_t>(kTilePx) * kTilePx>;
 
-/// The texture at every other corner of a tile's pixels, in both directions.
+/// The texture is evaluated at every other pixel corner of a tile, in both directions.
 inline constexpr int kTileNodes = kTilePx / 2 + 1;
 using TileNodes = std::array<float, static_cast<std::size_t>(kTileNodes) * kTileNodes>;
 
-/// Adds row `node` (pixel corners 2 node) of the nodes of a tile, with the texture filtered to two pixels.
+/// Adds row `node` of the nodes of a tile (pixel corners in row 2 node), with the texture filtered to two
+/// pixels.
 void add_texture_nodes(const SurfaceTexture& texture, double cell_m, const PlaneRays& plane,
                        const RayTable& rays, const RayTable::Tile& tile, int node, TileNodes& nodes);
 
-/// Adds `scale` times the bilinear interpolation of the nodes to every pixel.
+/// Adds the bilinear interpolation of the nodes, multiplied by `scale`, to every pixel.
 void spread_nodes(const TileNodes& nodes, float scale, TileValues& values);
 
 /// Adds the specular reflection of the lamp on a glossy surface (Blinn, "Models of light reflection for

@@ -39,7 +39,7 @@ bool about_tags(FaultKind kind) {
 
 void apply(const Fault& fault, World& world) {
   const auto tag = world.tags.tags.find(fault.tag);
-  if (tag == world.tags.tags.end()) return;  // already removed
+  if (tag == world.tags.tags.end()) return;  // the tag has already been removed
   SE3& map_T_tag = tag->second.map_T_tag;
   const auto other = world.tags.tags.find(fault.other);
   switch (fault.kind) {

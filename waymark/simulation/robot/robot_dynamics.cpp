@@ -31,13 +31,13 @@ VelocityCommand RobotDynamics::delayed(const VelocityCommand& command) {
   if (pending_.empty() || pending_.back().command != command) pending_.push_back({now_, command});
   while (!pending_.empty() && pending_.front().stamp + seconds(options_.command_delay_s) <= now_) {
     acting_ = pending_.front().command;
-    if (pending_.size() == 1) break;  // keeps acting until the next one
+    if (pending_.size() == 1) break;  // a command applies until the next one
     pending_.pop_front();
   }
   return acting_;
 }
 
-/// The yaw rate of the wheels, from a separate actuator or from the direction of the front wheels.
+/// The yaw rate of the wheels, produced by a separate actuator or by the direction of the front wheels.
 double RobotDynamics::next_wheel_yaw_rate(double asked_rad_s, double asked_m_s, double dt_s) {
   if (!steered_)
     return follow(wheel_yaw_rate_rad_s_, asked_rad_s, options_.yaw_rate_lag_s,

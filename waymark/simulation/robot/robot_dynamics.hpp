@@ -12,7 +12,7 @@
 
 namespace waymark {
 
-/// Deviations of a real robot from ideal response to commands.
+/// How a real robot deviates from an ideal response to commands.
 struct DynamicsOptions {
   double speed_lag_s = 0.12;
   double yaw_rate_lag_s = 0.10;
@@ -55,7 +55,7 @@ struct DynamicsOptions {
   }
 };
 
-/// Loss between command and wheels, and between wheels and floor, injected by faults.
+/// Losses between command and wheels and between wheels and floor, injected by faults.
 struct Grip {
   double speed_share = 1;
   double yaw_share = 1;
@@ -64,16 +64,17 @@ struct Grip {
   bool held = false;       ///< the body does not move
 };
 
-/// A wheeled robot on a floor: first-order actuators with a delay, turn response gain, slip. With Ackermann
-/// steering, base_link is the middle of the rear axle, and a command requests a curvature, its yaw rate over
-/// its speed. The front wheels (bicycle model: Rajamani, "Vehicle Dynamics and Control", section 2.2) turn to
-/// it with a lag and a rate limit. The curve is no tighter than min_radius_m. Deterministic by seed.
+/// A wheeled robot on a floor with first-order actuators, a delay, a turn response gain and slip. With
+/// Ackermann steering, base_link is at the middle of the rear axle, and a command requests a curvature, which
+/// is its yaw rate divided by its speed. The front wheels (bicycle model: Rajamani, "Vehicle Dynamics and
+/// Control", section 2.2) turn towards it with a lag and a rate limit. The radius of the curve is at least
+/// min_radius_m. Deterministic for a given seed.
 class RobotDynamics {
  public:
   RobotDynamics(const RobotModel& model, const DynamicsOptions& options, const SE2& map_T_base,
                 Random random);
 
-  /// Advances the time by dt with the newest command; commands act after the delay. O(1).
+  /// Advances the time by dt, applying the newest command; commands take effect after the delay. O(1).
   void step(const VelocityCommand& command, Duration dt);
 
   [[nodiscard]] SensorTime now() const { return now_; }
@@ -85,11 +86,11 @@ class RobotDynamics {
   [[nodiscard]] double yaw_rate_rad_s() const {
     return grip_.held ? 0.0 : options_.turn_gain * grip_.yaw_share * wheel_yaw_rate_rad_s_;
   }
-  /// Angle of the front wheels, positive to the left; 0 without steering.
+  /// Angle of the front wheels, positive to the left; 0 for robots without steering.
   [[nodiscard]] double steering_rad() const { return steering_rad_; }
   /// Velocity of the body in base axes: x, y [m/s], yaw rate [rad/s].
   [[nodiscard]] Eigen::Vector3d twist() const;
-  /// Rotation of the wheels of each side, unaffected by slip and turn response gain.
+  /// Rotation of the wheels on each side, not affected by slip and turn response gain.
   [[nodiscard]] WheelTicks wheel_ticks() const { return {now_, left_rad_, right_rad_}; }
 
   /// Sets the grip from now on.
@@ -114,7 +115,7 @@ class RobotDynamics {
   double steering_rad_ = 0;
   Grip grip_{};
   double slip_m_s_ = 0;
-  bool slides_ = false;  ///< slip_m_s_ has been drawn
+  bool slides_ = false;  ///< whether slip_m_s_ has been drawn
   double left_rad_ = 0;
   double right_rad_ = 0;
   std::deque<StampedCommand> pending_;

@@ -34,8 +34,8 @@ TEST(Dynamics, APerfectRobotDrivesACircle) {
   RobotDynamics robot(small_robot(), exact(), SE2(), Random(1));
   for (int i = 0; i < 400; ++i)
     robot.step({0.5, 0.5}, std::chrono::milliseconds(5));  // 2 s, minus the acceleration ramps
-  // Radius v / w = 1 about (0, 1), for any duration of the acceleration (both ramps have the same duration
-  // relative to their speed).
+  // The radius is v / w = 1 about (0, 1), however long the acceleration takes (both ramps have the same
+  // duration relative to their speed).
   const double v_loss = 0.5 * 0.5 / 2 / 2;  // ramp of 0.25 s at 2 m/s^2
   EXPECT_NEAR(robot.map_T_base().yaw(), 1.0 - 0.5 * 0.5 / 6 / 2, 5e-3);
   EXPECT_NEAR(robot.wheel_ticks().right_rad + robot.wheel_ticks().left_rad, 2 * (1.0 - v_loss) / 0.045, 0.2);
@@ -74,7 +74,7 @@ DynamicsOptions ackermann() {
 
 TEST(Ackermann, DrivesTheRadiusOfItsSteeringAngle) {
   RobotDynamics robot(robot_model(), ackermann(), SE2(), Random(1));
-  for (int i = 0; i < 400; ++i) robot.step({0.4, 0.5}, kStep);  // the wheels have turned by then
+  for (int i = 0; i < 400; ++i) robot.step({0.4, 0.5}, kStep);  // by then the wheels have turned
   EXPECT_NEAR(robot.steering_rad(), std::atan(0.2 * 0.5 / 0.4), 1e-6);
   const SE2 start = robot.map_T_base();
   const Eigen::Vector2d centre = start * Eigen::Vector2d(0, 0.8);  // v / w to the left

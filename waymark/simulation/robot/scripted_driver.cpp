@@ -12,7 +12,7 @@ ScriptedDriver::ScriptedDriver(std::vector<PathPoint> path, bool closed, const D
   done_ = path_.size() < 3;
 }
 
-/// Moves the nearest point only forward, so that a path may cross itself.
+/// The nearest point only ever moves forward, so the path may cross itself.
 void ScriptedDriver::advance(const SE2& map_T_base) {
   const double step = path_[1].arc_length_m;
   const auto distance = [&](std::size_t i) {

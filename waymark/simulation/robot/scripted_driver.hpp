@@ -9,7 +9,7 @@
 
 namespace waymark {
 
-/// Drives smoothly, like a person, with deviations from the line and the target speed.
+/// Drives smoothly, as a person would, with deviations from the line and the target speed.
 struct DriverOptions {
   double speed_m_s = 0.3;
   double second_speed_m_s = 0;
@@ -39,13 +39,13 @@ struct DriverOptions {
   }
 };
 
-/// Steers along a path by pure pursuit on a line that wanders about it (Ornstein-Uhlenbeck). Uses the true
-/// pose, like a person who watches the robot. Deterministic by seed.
+/// Follows a path using pure pursuit of a line that wanders around it (Ornstein-Uhlenbeck). Uses the true
+/// pose, like a person watching the robot. Deterministic for a given seed.
 class ScriptedDriver {
  public:
   ScriptedDriver(std::vector<PathPoint> path, bool closed, const DriverOptions& options, Random random);
 
-  /// The current stick positions. Zero once the lap is done.
+  /// The current stick positions; zero once the lap is complete.
   [[nodiscard]] VelocityCommand drive(const SE2& map_T_base, SensorTime now);
   [[nodiscard]] bool done() const { return done_; }
 

@@ -12,12 +12,12 @@
 
 namespace waymark {
 
-/// All parameters of a simulated robot except its body and its cameras.
+/// All parameters of a simulated robot, except its body and its cameras.
 struct SimulatedRobotOptions {
   std::uint64_t seed = 1;
   double camera_rate_hz = 15;
-  /// Delay of the delivery: the stamp is exact, but the frame arrives later. The member has the name of the
-  /// YAML key.
+  /// Delivery delay: the timestamp is exact, but the frame arrives later. The member is named after the YAML
+  /// key.
   double camera_latency_s = 0;
   double odometry_rate_hz = 50;
   double imu_rate_hz = 100;
@@ -27,7 +27,7 @@ struct SimulatedRobotOptions {
   MotionSensorOptions sensors{};
   TagCameraOptions tag_camera{};
   LidarOptions lidar{};
-  std::vector<Fault> faults{};  ///< scripted faults; not a field, because they have a separate file
+  std::vector<Fault> faults{};  ///< scripted faults; not a field, because they are stored in a separate file
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -48,7 +48,7 @@ struct SimulatedRobotOptions {
   }
 };
 
-/// Fails on a number outside its range and on an unknown word; the error names the field.
+/// Fails if a number is out of range or a word is unknown; the error contains the name of the field.
 [[nodiscard]] Status check(const SimulatedRobotOptions& options);
 
 }  // namespace waymark

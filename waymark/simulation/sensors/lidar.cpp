@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kNoReturn = std::numeric_limits<double>::infinity();
 
-/// The board of an upright panel as a box.
+/// The board of an upright panel, as a box.
 Occluder as_box(const Panel& panel) {
   const Eigen::Vector3d into = panel.map_T_panel.rotation() * Eigen::Vector3d::UnitZ();
   return {.centre_m = panel.map_T_panel.translation() + into * panel.thickness_m / 2,

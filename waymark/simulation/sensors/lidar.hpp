@@ -43,17 +43,17 @@ struct LidarOptions {
   }
 };
 
-/// The objects at the height of the lidar: walls, furniture and the boards of tags.
+/// The objects at the height of the lidar: walls, furniture, and boards with tags.
 class Lidar {
  public:
   Lidar(const World& world, const LidarOptions& options);
 
-  /// One revolution that ends at `stamp` with the robot at map_T_base; the robot moved with `twist` (base x,
-  /// y [m/s], yaw [rad/s]) during the revolution. The range is infinite for a ray without an object in range
-  /// and for a lost ray. O(rays * objects).
+  /// One revolution that ends at `stamp` with the robot at map_T_base; during the revolution the robot moved
+  /// with `twist` (base x, y [m/s], yaw [rad/s]). The range is infinite for lost rays and for rays without an
+  /// object in range. O(rays * objects).
   [[nodiscard]] LaserScan scan(const SE2& map_T_base, const Eigen::Vector3d& twist, SensorTime stamp,
                                Random& random) const;
-  /// Distance along the ray from `map_p` in direction `angle_rad`; infinite if it hits nothing.
+  /// Distance along the ray from `map_p` in direction `angle_rad`; infinite if the ray hits nothing.
   [[nodiscard]] double range_m(const Eigen::Vector2d& map_p, double angle_rad) const;
 
  private:

@@ -16,7 +16,7 @@ LidarOptions exact() {
   return {.rate_hz = 10, .rays = 720, .range_min_m = 0.1, .range_max_m = 10, .noise_m = 0, .dropout = 0};
 }
 
-/// A room of 6 x 4 m about the origin, measured to its walls' faces.
+/// A 6 x 4 m room around the origin, measured between the faces of its walls.
 World room() {
   World world;
   const Eigen::Vector2d corners[] = {{-3.05, -2.05}, {3.05, -2.05}, {3.05, 2.05}, {-3.05, 2.05}};
@@ -31,7 +31,7 @@ TEST(Lidar, RangesInARoomAreAnalytic) {
     const LaserScan scan =
         lidar.scan(pose, Eigen::Vector3d::Zero(), SensorTime(Duration(1'000'000'000)), random);
     ASSERT_EQ(scan.ranges_m.size(), 720U);
-    EXPECT_EQ(scan.stamp, SensorTime(Duration(900'000'000))) << "of the first ray";
+    EXPECT_EQ(scan.stamp, SensorTime(Duration(900'000'000))) << "time of the first ray";
     for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
       const double a = pose.yaw() + scan.angle_min_rad + static_cast<double>(i) * scan.angle_increment_rad;
       const double to_x = (std::copysign(3.0, std::cos(a)) - pose.x()) / std::cos(a);
@@ -44,8 +44,8 @@ TEST(Lidar, RangesInARoomAreAnalytic) {
 TEST(Lidar, RaysAccountForTheMotionDuringARevolution) {
   const Lidar lidar(room(), exact());
   Random random(1);
-  // The robot drives straight ahead at 1 m/s. The first ray points back, 0.1 s before the end of the
-  // revolution; the middle one points ahead, 0.05 s before it.
+  // The robot drives straight ahead at 1 m/s. The first ray points backwards, 0.1 s before the end of the
+  // revolution; the middle one points forwards, 0.05 s before the end.
   const LaserScan scan = lidar.scan(SE2(), {1, 0, 0}, SensorTime{}, random);
   EXPECT_NEAR(scan.ranges_m.front(), 3 - 0.1, 1e-6);
   EXPECT_NEAR(scan.ranges_m[360], 3 + 0.05, 1e-6);
@@ -89,7 +89,8 @@ TEST(Lidar, SeesObjectsAtItsHeight) {
                           .thickness_m = 0.02});
   LidarOptions options = exact();
   options.z_m = 0.15;
-  EXPECT_NEAR(Lidar(world, options).range_m({0, 0}, 0), 3, 1e-9) << "over the low box, to the board's face";
+  EXPECT_NEAR(Lidar(world, options).range_m({0, 0}, 0), 3, 1e-9)
+      << "over the low box, to the face of the board";
   options.z_m = 0.08;
   EXPECT_NEAR(Lidar(world, options).range_m({0, 0}, 0), 1.9, 1e-9);
   options.z_m = 1.2;

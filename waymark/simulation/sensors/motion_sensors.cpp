@@ -50,12 +50,12 @@ ImuSample MotionSensors::read_imu(const RobotDynamics& robot) {
           .linear_acceleration_m_s2 = {forward, left, kGravity + noise * random_.normal()}};
 }
 
-/// The turn of the IMU's angle that remains after the driver's deadband.
+/// The turn measured by the IMU's angle that remains after the driver's deadband.
 double MotionSensors::dropped(double turned_rad) {
-  constexpr double kResolution = to_radians(0.01);  // of the transmitted angle
+  constexpr double kResolution = to_radians(0.01);  // resolution of the transmitted angle
   imu_yaw_rad_ += turned_rad;
   const double step = std::round(imu_yaw_rad_ / kResolution) * kResolution;
-  imu_yaw_rad_ -= step;  // consumed, whether it is used or not
+  imu_yaw_rad_ -= step;  // consumed, whether or not it is used
   return std::abs(step) < to_radians(options_.yaw_deadband_deg) ? 0 : step;
 }
 

@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// Errors of wheels and gyro, and the odometry computed by the robot's own driver.
+/// Errors of the wheels and the gyro, and of the odometry computed by the robot's own driver.
 struct MotionSensorOptions {
   double left_wheel_scale = 1.02;
   double right_wheel_scale = 1.02;
@@ -62,14 +62,14 @@ struct MotionSensorOptions {
   }
 };
 
-/// Wheels, gyro and the odometry that a driver computes from them. Deterministic by seed.
+/// Wheels, gyro, and the odometry that a driver computes from them. Deterministic for a given seed.
 class MotionSensors {
  public:
   MotionSensors(const RobotModel& model, const MotionSensorOptions& options, Random random);
 
-  /// Current readings of the encoders.
+  /// Current encoder readings.
   [[nodiscard]] WheelTicks read_wheels(const RobotDynamics& robot) const;
-  /// Current reading of the IMU.
+  /// Current IMU reading.
   [[nodiscard]] ImuSample read_imu(const RobotDynamics& robot);
   /// Advances the odometry to the present and returns it.
   [[nodiscard]] Odometry read_odometry(const RobotDynamics& robot);
@@ -88,7 +88,7 @@ class MotionSensors {
   SensorTime bias_stamp_{};
   Odometry odometry_{};
   WheelTicks last_ticks_{};
-  double imu_yaw_rad_ = 0;  ///< angle of the IMU consumed by the driver
+  double imu_yaw_rad_ = 0;  ///< IMU angle already consumed by the driver
   SE2 map_T_odom_{};        ///< true pose of the odometry frame
   Eigen::Vector3d drift_ = Eigen::Vector3d::Zero();
   bool started_ = false;

@@ -1,4 +1,4 @@
-// Compares simulated wheels, IMU and driver odometry with measurements on real robots.
+// Compares simulated wheels, IMU and driver odometry with measurements from real robots.
 #include "waymark/simulation/sensors/motion_sensors.hpp"
 
 #include <chrono>
@@ -91,7 +91,7 @@ MotionSensorOptions no_errors() {
           .acceleration_noise_m_s2 = 0};
 }
 
-/// Simulates the odometry of a driver; `command` acts for `seconds` at 50 messages per second.
+/// Simulates a driver's odometry; `command` is applied for `seconds` at 50 messages per second.
 struct Drive {
   SE2 truth;
   Odometry odometry;
@@ -117,7 +117,7 @@ TEST(Imu, MeasuresLongitudinalAndCentripetalAcceleration) {
   RobotDynamics robot(robot_model(), exact(), SE2(), Random(1));
   MotionSensors sensors(robot_model(), no_errors(), Random(2));
   robot.step({1, 0}, kStep);
-  EXPECT_NEAR(sensors.read_imu(robot).linear_acceleration_m_s2.x(), 2, 1e-9) << "its limit";
+  EXPECT_NEAR(sensors.read_imu(robot).linear_acceleration_m_s2.x(), 2, 1e-9) << "the limit of the driver";
   for (int i = 0; i < 400; ++i) robot.step({0.5, 1}, kStep);
   const ImuSample imu = sensors.read_imu(robot);
   EXPECT_NEAR(imu.linear_acceleration_m_s2.x(), 0, 1e-9);
@@ -125,14 +125,14 @@ TEST(Imu, MeasuresLongitudinalAndCentripetalAcceleration) {
   EXPECT_NEAR(imu.angular_velocity_rad_s.z(), 1, 1e-9);
 }
 
-// The stock driver of LIMO drops turns below 0.1 degrees per message, which is 5 deg/s at 50 messages per
+// The stock LIMO driver drops turns below 0.1 degrees per message, which is 5 deg/s at 50 messages per
 // second. The angle has a resolution of a hundredth of a degree, so just below that limit some messages read
-// 0.10 and pass.
+// 0.10 and are accepted.
 TEST(OdometryOfLimo, DropsTurningBelowFiveDegreesASecond) {
   MotionSensorOptions options = no_errors();
   options.odometry = "imu_yaw";
   options.yaw_deadband_deg = 0.1;
-  const Drive gentle = drive(options, {0.25, 0.25 / 3.3}, 20);  // a curve of 3.3 m: 4.3 deg/s
+  const Drive gentle = drive(options, {0.25, 0.25 / 3.3}, 20);  // a curve with a radius of 3.3 m: 4.3 deg/s
   EXPECT_GT(gentle.turned_rad, 1.5);
   EXPECT_EQ(gentle.odometry.odom_T_base.yaw(), 0) << "its odometry is straight";
   EXPECT_GT((gentle.odometry.odom_T_base.inverse() * gentle.truth).translation().norm(), 2.0);
@@ -144,11 +144,11 @@ TEST(OdometryOfLimo, DropsTurningBelowFiveDegreesASecond) {
   options.yaw_deadband_deg = 0;
   const Drive repaired = drive(options, {0.25, 0.25 / 3.3}, 20);
   EXPECT_NEAR(repaired.odometry.odom_T_base.yaw(), repaired.truth.yaw(), to_radians(0.02))
-      << "only the resolution of the angle and the ramp at the start";
+      << "only the angle resolution and the ramp at the start";
 }
 
-// MBot: a driver that uses 0.15572 m as track instead of the true 0.1696 m measured 20.519 rad in three laps
-// of 6 pi.
+// MBot: a driver that uses a track of 0.15572 m instead of the true 0.1696 m measured 20.519 rad in three
+// laps, which are 6 pi.
 TEST(OdometryOfMbot, MeasuresNinePercentTooMuchRotation) {
   MotionSensorOptions options = no_errors();
   options.odometry = "wheels";
@@ -159,7 +159,7 @@ TEST(OdometryOfMbot, MeasuresNinePercentTooMuchRotation) {
   EXPECT_NEAR(std::remainder(run.odometry.odom_T_base.yaw() - 20.519, 2 * std::numbers::pi), 0, 0.04);
 }
 
-// The odometry of the Academy's simulator is a random walk in world axes, independent of the heading.
+// The odometry of the Academy's simulator is a random walk along world axes, independent of the heading.
 TEST(OdometryOfTheAcademy, IsARandomWalkAndItsHeadingErrorRotatesNoTranslation) {
   MotionSensorOptions options = no_errors();
   options.odometry = "truth";
@@ -172,14 +172,14 @@ TEST(OdometryOfTheAcademy, IsARandomWalkAndItsHeadingErrorRotatesNoTranslation) 
     RobotDynamics robot(robot_model(), exact(), SE2(1, 2, 0.7), Random(1));
     MotionSensors sensors(robot_model(), options, Random(static_cast<std::uint64_t>(walk)));
     Odometry odometry;
-    for (int i = 0; i < kMessages; ++i) odometry = sensors.read_odometry(robot);  // stationary
+    for (int i = 0; i < kMessages; ++i) odometry = sensors.read_odometry(robot);  // the robot is stationary
     const SE2& d = odometry.odom_T_base;
     squares += Eigen::Vector3d(d.x(), d.y(), d.yaw()).cwiseAbs2();
   }
-  const double expected = 0.001 * std::sqrt(kMessages);  // 0.0316: 0.007 per square root of a second
+  const double expected = 0.001 * std::sqrt(kMessages);  // 0.0316, which is 0.007 per square root of a second
   for (const double square : {squares.x(), squares.y(), squares.z()})
     EXPECT_NEAR(std::sqrt(square / kWalks) / expected, 1, 4 / std::sqrt(2.0 * kWalks));
-  // Driven straight ahead with a large heading error, the translation still has the true direction.
+  // When driving straight ahead with a large heading error, the translation still has the true direction.
   options.odometry_noise_m = 0;
   options.odometry_noise_rad = 0.05;
   const Drive run = drive(options, {0.5, 0}, 20);
@@ -187,8 +187,8 @@ TEST(OdometryOfTheAcademy, IsARandomWalkAndItsHeadingErrorRotatesNoTranslation) 
   EXPECT_LT((run.odometry.odom_T_base.translation() - run.truth.translation()).norm(), 1e-9);
 }
 
-// Overlapping Allan deviation (IEEE Std 952-1997, annex C). White noise decreases with the square root of the
-// averaging time; a random walk of the bias increases with it.
+// Overlapping Allan deviation (IEEE Std 952-1997, annex C). For white noise it decreases with the square root
+// of the averaging time; for a random walk of the bias it increases with it.
 double allan_deviation(const std::vector<double>& rates, double dt_s, std::size_t m) {
   std::vector<double> angle(1, 0.0);
   for (const double rate : rates) angle.push_back(angle.back() + rate * dt_s);
@@ -218,7 +218,7 @@ std::vector<double> standing_gyro(double noise, double walk, int seconds) {
 }
 
 TEST(Imu, AllanDeviationOfTheGyroMatchesItsNoise) {
-  const double random_walk = 0.005 * std::sqrt(0.01);  // angle random walk N: sigma sqrt(dt)
+  const double random_walk = 0.005 * std::sqrt(0.01);  // angle random walk N is sigma sqrt(dt)
   const auto white = standing_gyro(0.005, 0, 2000);
   for (const std::size_t m : {10U, 100U, 1000U}) {
     const double tau_s = 0.01 * static_cast<double>(m);

@@ -28,7 +28,7 @@ Polygon clipped(const Polygon& polygon, const Inside& inside) {
   return result;
 }
 
-/// Whether part of it overlaps the rectangle, along z.
+/// Whether part of the polygon overlaps the rectangle when viewed along z.
 bool meets(Polygon polygon, double half_width, double half_height) {
   polygon = clipped(polygon, [&](const Eigen::Vector3d& p) { return half_width - p.x(); });
   polygon = clipped(polygon, [&](const Eigen::Vector3d& p) { return half_width + p.x(); });
@@ -43,7 +43,7 @@ Polygon black_square(const SE3& frame_T_tag, double size_m) {
   return square;
 }
 
-/// Whether the paper of one covers part of the black square of the other.
+/// Whether the paper of one tag covers part of the black square of the other.
 bool lies_on(const TagCopy& paper, const TagCopy& square) {
   const Screen screen = paper_of(paper.tag, paper.placed, 0);
   Polygon cut = black_square(screen.screen_T_map * square.placed.map_T_tag, square.placed.size_m);
@@ -76,7 +76,7 @@ std::vector<Screen> screens_of(const World& world) {
 
 bool hides(const Screen& screen, const Eigen::Vector3d& map_p_eye, const MappedTag& tag) {
   const Eigen::Vector3d eye = screen.screen_T_map * map_p_eye;
-  if (eye.z() == 0) return false;  // seen edge-on
+  if (eye.z() == 0) return false;  // the screen is seen edge-on
   const double side = eye.z() > 0 ? 1 : -1;
   const auto behind = [&](const Eigen::Vector3d& p) { return -side * p.z() - kSamePlane_m; };
   Polygon seen = clipped(black_square(screen.screen_T_map * tag.map_T_tag, tag.size_m), behind);
@@ -100,7 +100,7 @@ bool walls_leave_open(const World& world, const Eigen::Vector3d& map_p_eye, cons
 }
 
 bool overlap(const TagCopy& a, const TagCopy& b) {
-  constexpr double kBackToBack = -0.9;  // cosine between their normals
+  constexpr double kBackToBack = -0.9;  // maximum cosine of the angle between their normals
   const auto normal = [](const TagCopy& tag) -> Eigen::Vector3d {
     return tag.placed.map_T_tag.rotation() * Eigen::Vector3d::UnitZ();
   };
@@ -117,7 +117,7 @@ double shortest_side(const std::array<Eigen::Vector2d, 4>& corners) {
   return shortest;
 }
 
-/// Objects that may hide a tag.
+/// Objects that can hide a tag.
 struct Obstacles {
   const World& world;
   std::vector<Screen> screens{};
@@ -138,7 +138,7 @@ void see(const Obstacles& obstacles, const CameraModel& camera, const SE3& cam_T
       std::hypot(options.corner_sigma_px, options.small_tag_sigma_px / shortest_side(*corners));
   TagDetection detection{.tag = id, .hamming = 0, .decision_margin = 80, .corners_px = *corners};
   for (auto& corner : detection.corners_px) {
-    // One draw per statement: the evaluation order of arguments differs between compilers.
+    // One draw per statement, because the evaluation order of arguments differs between compilers.
     const double v = random.normal();
     const double u = random.normal();
     corner += sigma * Eigen::Vector2d(u, v);

@@ -15,7 +15,7 @@ constexpr double kPi = std::numbers::pi;
 const TagId kNearTag{FamilyId::Tag36h11, 1};
 const TagId kDistantTag{FamilyId::Tag36h11, 2};
 
-/// Two tags of 16 cm in front of a camera at the origin facing map x; papers of 24 cm.
+/// Two 16 cm tags on 24 cm papers, in front of a camera at the origin that faces map x.
 World two_tags(const Eigen::Vector3d& near, const Eigen::Vector3d& far, double near_facing_rad = kPi) {
   World world{
       .name = "two tags", .anchor = kNearTag, .path_m = {{-0.2, 0}, {-0.1, 0}, {0, 0}}, .path_closed = false};
@@ -42,8 +42,8 @@ std::vector<int> seen(const World& world) {
 
 TEST(TagOcclusion, ATagBehindAnotherIsNotSeen) {
   EXPECT_EQ(seen(two_tags({1.5, 0, 0.5}, {3, 0, 0.5})), std::vector<int>{1});
-  EXPECT_EQ(seen(two_tags({1.5, 0, 0.5}, {3, 1.0, 0.5})), (std::vector<int>{1, 2})) << "beside it";
-  EXPECT_EQ(seen(two_tags({1.5, 0, 0.9}, {3, 0, 0.5})), (std::vector<int>{1, 2})) << "under it";
+  EXPECT_EQ(seen(two_tags({1.5, 0, 0.5}, {3, 1.0, 0.5})), (std::vector<int>{1, 2})) << "to the side of it";
+  EXPECT_EQ(seen(two_tags({1.5, 0, 0.9}, {3, 0, 0.5})), (std::vector<int>{1, 2})) << "below it";
 }
 
 TEST(TagOcclusion, TheCornerCameraMaySeeThroughPaper) {
@@ -57,8 +57,8 @@ TEST(TagOcclusion, TheCornerCameraMaySeeThroughPaper) {
 }
 
 TEST(TagOcclusion, PartialOcclusionHidesATag) {
-  // The paper ends 12 cm from the centre of the near tag; at twice the distance that is 24 cm, and the far
-  // tag's black square begins 8 cm before its own centre.
+  // The paper ends 12 cm from the centre of the near tag, which corresponds to 24 cm at twice the distance.
+  // The black square of the far tag begins 8 cm before its own centre.
   EXPECT_EQ(seen(two_tags({1.5, 0, 0.5}, {3, 0.31, 0.5})), std::vector<int>{1});
   EXPECT_EQ(seen(two_tags({1.5, 0, 0.5}, {3, 0.33, 0.5})), (std::vector<int>{1, 2}));
 }
@@ -76,9 +76,9 @@ TEST(TagOcclusion, APanelHidesTagsBehindItButNotItsOwn) {
 
 TEST(TagOcclusion, AWallInFrontOfACornerHidesTheTag) {
   World world = two_tags({1.5, 1.0, 0.5}, {3, 0, 0.5});
-  ASSERT_EQ(seen(world), (std::vector<int>{2})) << "the other one is outside the image";
+  ASSERT_EQ(seen(world), (std::vector<int>{2})) << "the other tag is outside the image";
   world.walls.push_back({.from_m = {2, 0.04}, .to_m = {2, 1}, .height_m = 1, .thickness_m = 0.02});
-  EXPECT_TRUE(seen(world).empty()) << "its centre is free, its left corners are not";
+  EXPECT_TRUE(seen(world).empty()) << "its centre is visible, but its left corners are not";
 }
 
 TEST(TagOcclusion, ACameraInThePlaneOfAPaperSeesPastIt) {
@@ -94,8 +94,9 @@ TEST(TagOcclusion, TagsOverlapIfPaperCoversBlack) {
   EXPECT_TRUE(overlap(at(0), at(0.1)));
   EXPECT_TRUE(overlap(at(0), at(0.17))) << "the white border of one covers the black of the other";
   EXPECT_FALSE(overlap(at(0), at(0.19)));
-  EXPECT_FALSE(overlap(at(0), at(0, 2.1))) << "one behind the other: they hide, but do not overlap";
-  EXPECT_TRUE(overlap(at(0), at(0, 2.05, kPi / 2 + 0.3))) << "one cuts the other";
+  EXPECT_FALSE(overlap(at(0), at(0, 2.1)))
+      << "one behind the other, so one hides the other without overlapping it";
+  EXPECT_TRUE(overlap(at(0), at(0, 2.05, kPi / 2 + 0.3))) << "one intersects the other";
   EXPECT_FALSE(overlap(at(0), at(0, 2.003, 0))) << "back to back";
 }
 

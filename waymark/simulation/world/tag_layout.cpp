@@ -12,10 +12,10 @@
 namespace waymark {
 namespace {
 
-constexpr double kStepMetres = 0.05;  // spacing of the line's points
-constexpr int kWantedTags = 2;        // tags in view
+constexpr double kStepMetres = 0.05;  // spacing of the points on the line
+constexpr int kWantedTags = 2;        // required number of tags in view
 
-/// A candidate position of a tag, and the points of the line from which it is visible.
+/// A candidate position for a tag, and the points on the line from which it is visible.
 struct Spot {
   MappedTag tag{};
   std::vector<std::size_t> seen_from{};
@@ -63,10 +63,10 @@ std::vector<std::size_t> points_that_see(const World& world, const Line& line, c
   return points;
 }
 
-/// Candidates to the left and right of the line, each facing points of the line some distance ahead of it.
+/// Candidates to the left and right of the line, each facing points on the line some distance ahead of it.
 std::vector<Spot> spots_of(const World& world, const RobotModel& robot, const CameraModel& camera,
                            const Line& line, const TagLayoutOptions& options) {
-  constexpr std::size_t kEvery = 4;  // points
+  constexpr std::size_t kEvery = 4;  // in points
   std::vector<Spot> places;
   const std::size_t count = line.map_T_base.size();
   for (std::size_t i = 0; i < count; i += kEvery) {
@@ -88,7 +88,7 @@ std::vector<Spot> spots_of(const World& world, const RobotModel& robot, const Ca
   return places;
 }
 
-/// Whether the paper of one candidate hides the tag of another from a point that would see it.
+/// Whether the paper of one candidate hides the tag of another from a point that would otherwise see it.
 bool hides_from_line(const Line& line, const Screen& paper, const Spot& spot) {
   const double reach_m = std::hypot(paper.half_width_m, paper.half_height_m) + spot.tag.size_m;
   const Eigen::Vector3d middle = paper.screen_T_map.inverse().translation();
@@ -101,7 +101,7 @@ bool hides_from_line(const Line& line, const Screen& paper, const Spot& spot) {
   });
 }
 
-/// Whether both tags are visible from every point from which either alone would be.
+/// Whether both tags are visible from every point from which either one would be visible alone.
 bool are_compatible(const Line& line, const Spot& a, const Screen& paper_a, const Spot& b,
                     const Screen& paper_b) {
   const double apart = (a.tag.map_T_tag.translation() - b.tag.map_T_tag.translation()).norm();
@@ -109,8 +109,8 @@ bool are_compatible(const Line& line, const Spot& a, const Screen& paper_a, cons
          !hides_from_line(line, paper_b, a);
 }
 
-/// Indices of the selected candidates, in order. Each step selects the candidate that covers most of the
-/// points that still need a tag, and that neither hides a selected tag nor is hidden by one.
+/// Indices of the selected candidates, in order. Each step selects the candidate that covers the most points
+/// that still need a tag, and that neither hides a selected tag nor is hidden by one.
 std::vector<std::size_t> cover(const std::vector<Spot>& places, const Line& line, const World& world,
                                int most) {
   std::vector<int> wants(line.map_T_base.size(), kWantedTags);
@@ -166,7 +166,7 @@ Result<World> lay_tags(World world, const RobotModel& robot, const CameraModel& 
   if (taken.empty())
     return fail(ErrorCode::InvalidArgument, "no position for a tag along the line", {.source = world.name},
                 "Reduce `clearance_m` or `tag_size_m`.");
-  // Numbered in the order along the line.
+  // Tags are numbered in order along the line.
   std::ranges::sort(taken, {}, [&](std::size_t i) { return places[i].seen_from.front(); });
   const FamilyId family = world.anchor.family;
   world.tags.tags.clear();

@@ -27,13 +27,13 @@ struct TagLayoutOptions {
   }
 };
 
-/// Places few upright tags along a line, so that a robot sees two of them from every point. The method is the
-/// greedy cover of the line's points, applied twice (Chvatal, "A greedy heuristic for the set-covering
-/// problem", Mathematics of Operations Research 4, 1979). Candidates are on both sides of the line and face
-/// points ahead. Candidates are excluded if they are in a keep-out area of `world`, behind its walls, nearer
-/// than the clearance, or would hide another tag. The tags of `world` are removed; its anchor becomes the tag
-/// visible most often from the beginning. Fails on a world without a line, and if no tag can be placed.
-/// O(places * points + tags * places * points).
+/// Places a small number of upright tags along a line, so that a robot sees two of them from every point. It
+/// uses a greedy cover of the points on the line, applied twice (Chvatal, "A greedy heuristic for the
+/// set-covering problem", Mathematics of Operations Research 4, 1979). Candidates are on both sides of the
+/// line and face points ahead. Candidates are excluded if they are in a keep-out area of `world`, behind its
+/// walls, nearer than the clearance, or would hide another tag. The existing tags of `world` are removed; its
+/// anchor becomes the tag that is visible most often from the beginning. Fails if the world has no line or no
+/// tag can be placed. O(places * points + tags * places * points).
 [[nodiscard]] Result<World> lay_tags(World world, const RobotModel& robot, const CameraModel& camera,
                                      const TagLayoutOptions& options = {});
 

@@ -46,7 +46,7 @@ TEST(TagLayout, TwoTagsAreVisibleEverywhereWithClearance) {
   EXPECT_NE(std::ranges::find(seen, world->anchor), seen.end());
 }
 
-/// An S-shaped line, whose halves are in view of each other.
+/// An S-shaped line whose halves are in view of each other.
 World winding() {
   World world{.name = "winding", .path_closed = false};
   for (int i = 0; i < 120; ++i)
@@ -66,7 +66,8 @@ TEST(TagLayout, NoTagHidesAnotherFromTheLine) {
     EXPECT_TRUE(check->overlapping.empty());
     double hidden_m = 0;
     for (const HiddenTag& tag : check->hidden) hidden_m += tag.from_m;
-    // The layout samples every 5 cm, the check every 2 cm: an occlusion between two samples is short.
+    // The layout samples the line every 5 cm and the check every 2 cm, so an occlusion between two layout
+    // samples is short.
     EXPECT_LE(hidden_m, 0.05 * static_cast<double>(check->hidden.size()));
   }
 }

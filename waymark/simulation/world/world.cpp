@@ -9,7 +9,7 @@
 namespace waymark {
 namespace {
 
-/// A vector of the map frame in the axes of the box.
+/// Converts a vector in the map frame to the axes of the box.
 Eigen::Vector3d turned(const Eigen::Vector3d& v, double cosine, double sine) {
   return {cosine * v.x() + sine * v.y(), -sine * v.x() + cosine * v.y(), v.z()};
 }
@@ -89,7 +89,7 @@ bool line_of_sight(const World& world, const Eigen::Vector3d& from, const Eigen:
 
 namespace {
 
-/// The curve from p1 to p2 at u in [0, 1].
+/// The curve from p1 to p2 at parameter u in [0, 1].
 Eigen::Vector2d catmull_rom(const std::array<Eigen::Vector2d, 4>& p, double u) {
   const auto knot = [&](std::size_t i) { return std::sqrt((p[i + 1] - p[i]).norm()); };
   const double t0 = 0;
@@ -115,7 +115,7 @@ std::vector<Eigen::Vector2d> without_repeats(const std::vector<Eigen::Vector2d>&
   return distinct;
 }
 
-/// Dense points along the curve; a closed curve ends at its start.
+/// Closely spaced points along the curve; a closed curve ends at its start.
 std::vector<Eigen::Vector2d> dense_curve(const std::vector<Eigen::Vector2d>& points, bool closed) {
   constexpr int kStepsPerSpan = 50;
   const auto count = static_cast<std::ptrdiff_t>(points.size());
@@ -182,7 +182,7 @@ std::vector<PathPoint> sample_path(const std::vector<Eigen::Vector2d>& points_m,
 
 namespace {
 
-/// A rectangle in the plane: corners counter-clockwise.
+/// A rectangle in the plane, with corners in counter-clockwise order.
 struct Rectangle {
   SE2 map_T_rectangle{};
   Eigen::Vector2d half_m = Eigen::Vector2d::Zero();

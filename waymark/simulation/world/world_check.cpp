@@ -27,7 +27,7 @@ struct View {
   std::vector<Screen> screens{};
 };
 
-/// Number of points of the line from which one tag hides another.
+/// Number of points on the line from which one tag hides another.
 using HidingPoints = std::map<std::pair<TagId, TagId>, std::size_t>;
 
 std::size_t tags_in_view(const View& view, const SE3& map_T_cam, HidingPoints& hiding) {
@@ -46,7 +46,7 @@ std::size_t tags_in_view(const View& view, const SE3& map_T_cam, HidingPoints& h
 }
 
 std::vector<std::pair<TagId, TagId>> overlapping_tags(World world) {
-  world.tag_board_m = 0;  // the back of a tag is not a separate tag here
+  world.tag_board_m = 0;  // here the back of a tag is not a separate tag
   const std::vector<TagCopy> tags = readable_tags(world);
   std::vector<std::pair<TagId, TagId>> pairs;
   for (std::size_t i = 0; i < tags.size(); ++i) {
@@ -98,7 +98,7 @@ Result<WorldCheck> check_world(const World& world, const RobotModel& robot, cons
 
 namespace {
 
-/// A camera at `map_p` facing `map_target` with its x axis level.
+/// A camera at `map_p` facing `map_target`, with a level x axis.
 SE3 looking_at(const Eigen::Vector3d& map_p, const Eigen::Vector3d& map_target) {
   Eigen::Matrix3d map_R_cam;
   map_R_cam.col(2) = (map_target - map_p).normalized();
@@ -125,7 +125,7 @@ void place_camera(const World& world, int steps, OrbitReport& report) {
 
 double off_identity(const SE3& product) { return product.log().norm(); }
 
-/// Maximum error of all closed chains of transforms.
+/// Maximum error over all closed chains of transforms.
 double closure_of(const World& world, const std::vector<SE3>& map_T_cam) {
   const SE3& map_T_anchor = world.tags.find(world.anchor)->map_T_tag;
   double worst = 0;
@@ -135,7 +135,7 @@ double closure_of(const World& world, const std::vector<SE3>& map_T_cam) {
     const SE3 cam_T_anchor = cam_T_map * map_T_anchor;
     const SE3 through_anchor = map_T_anchor * cam_T_anchor.inverse();  // equation 3.1
     worst = std::max(worst, off_identity(cam_T_map * through_anchor));
-    SE3 along_the_tags;  // from each tag to the next through the camera, and back to the first
+    SE3 along_the_tags;  // from each tag to the next through the camera, then back to the first
     std::optional<SE3> first_T_cam;
     std::optional<SE3> last_T_cam;
     for (const auto& [id, tag] : world.tags.tags) {
@@ -151,7 +151,7 @@ double closure_of(const World& world, const std::vector<SE3>& map_T_cam) {
   return std::max(worst, off_identity(round_the_circle));
 }
 
-/// Compares the motion of consecutive composed frames with the nominal motion.
+/// Compares the motion between consecutive composed frames with the nominal motion.
 class Watch {
  public:
   explicit Watch(OrbitReport& report) : report_(report) {}
@@ -204,9 +204,9 @@ void disturb(const World& world, const OrbitOptions& options, OrbitReport& repor
       watches.try_emplace(id, report).first->second.see(nominal, tag.map_T_tag);
     }
   }
-  // A jump involves two frames of two disturbed poses each. A rotation at one end moves the other by the
-  // distance between them, at most the diameter. The limit is six standard deviations of the length of a
-  // vector of three.
+  // A jump involves two frames of two disturbed poses each. A rotation at one end moves the other end by an
+  // amount proportional to the distance between them, which is at most the diameter. The limit is six
+  // standard deviations of the length of a three-dimensional vector.
   const double turn = to_radians(options.sigma_deg);
   const double lever_m = 2 * report.radius_m;
   const double sigma_m = std::hypot(std::numbers::sqrt2 * options.sigma_m, turn * lever_m);

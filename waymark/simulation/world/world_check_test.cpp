@@ -1,4 +1,4 @@
-// Tests the frame conventions with an orbiting camera, and the check of a world's line.
+// Tests the frame conventions with an orbiting camera, and the check of the line in a world.
 #include "waymark/simulation/world/world_check.hpp"
 
 #include <cmath>
@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// Four tags around the origin that face outwards, and a round line between them and a wall with two more.
+/// Four tags around the origin that face outwards, a wall with two more, and a round line in between.
 World some_world() {
   World world{.name = "some"};
   for (int i = 0; i < 4; ++i) {
@@ -45,7 +45,7 @@ TEST(Orbit, SmallNoiseCausesNoJumpsOrInversions) {
     EXPECT_TRUE(report->continuous()) << report->jump_m << " of " << report->jump_limit_m << " m, "
                                       << report->jump_deg << " of " << report->jump_limit_deg << " deg";
     EXPECT_GT(report->smallest_axis_cosine, 0.99);
-    EXPECT_GT(report->jump_m, 0.005) << "the noise is there";
+    EXPECT_GT(report->jump_m, 0.005) << "the noise has an effect";
     EXPECT_GT(report->jump_m, report->jump_limit_m / 12) << "the limit is not too wide";
   }
 }
@@ -72,7 +72,7 @@ TEST(WorldCheck, ReportsVisibilityAndClearance) {
   const auto check = check_world(world, robot, *camera);
   ASSERT_TRUE(check);
   EXPECT_NEAR(check->lap_m, 6.28, 0.5);
-  // The line passes (1, 0) upwards; the hull extends 0.1 m to its side and the tag is at x = 2.
+  // The line passes (1, 0) in the +y direction; the hull extends 0.1 m to its side and the tag is at x = 2.
   EXPECT_NEAR(check->min_clearance_m, 0.9, 0.02);
   EXPECT_GT(check->sharpest_left_1_m, 0.5);
   EXPECT_LT(check->sharpest_right_1_m, 0.1);

@@ -17,7 +17,7 @@ constexpr double kPi = std::numbers::pi;
 TEST(UprightTag, FacesItsViewer) {
   const SE3 map_T_tag = upright_tag({1, 2, 0.3}, std::numbers::pi / 2);
   EXPECT_TRUE((map_T_tag.rotation() * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d(0, -1, 0), 1e-12))
-      << "z into the tag";
+      << "z points into the tag";
   EXPECT_TRUE((map_T_tag.rotation() * Eigen::Vector3d::UnitY()).isApprox(Eigen::Vector3d(0, 0, -1), 1e-12))
       << "y down";
   EXPECT_TRUE((map_T_tag.rotation() * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d(-1, 0, 0), 1e-12))
@@ -39,10 +39,11 @@ TEST(World, RaysIntersectWallsAtTheirFaces) {
   const Occluder wall = as_box({.from_m = {2, -1}, .to_m = {2, 3}, .height_m = 1, .thickness_m = 0.2});
   const Eigen::Vector3d eye(0, 0, 0.5);
   EXPECT_NEAR(ray_length(wall, eye, {1, 0, 0}), 1.9, 1e-12);
-  EXPECT_NEAR(ray_length(wall, eye, {1, 1, 0}), 1.9, 1e-12) << "in lengths of the direction";
+  EXPECT_NEAR(ray_length(wall, eye, {1, 1, 0}), 1.9, 1e-12) << "as a multiple of the direction";
   EXPECT_EQ(ray_length(wall, eye, {-1, 0, 0}), std::numeric_limits<double>::infinity());
-  EXPECT_EQ(ray_length(wall, {0, 0, 1.5}, {1, 0, 0}), std::numeric_limits<double>::infinity()) << "above it";
-  EXPECT_EQ(ray_length(wall, {2, 0, 0.5}, {1, 0, 0}), 0) << "from inside";
+  EXPECT_EQ(ray_length(wall, {0, 0, 1.5}, {1, 0, 0}), std::numeric_limits<double>::infinity())
+      << "above the box";
+  EXPECT_EQ(ray_length(wall, {2, 0, 0.5}, {1, 0, 0}), 0) << "from inside the box";
 }
 
 TEST(World, AWallHidesTagsBehindItButNotTagsOnIt) {
@@ -50,9 +51,9 @@ TEST(World, AWallHidesTagsBehindItButNotTagsOnIt) {
   world.walls.push_back({.from_m = {2, -1}, .to_m = {2, 3}, .height_m = 1, .thickness_m = 0.1});
   const Eigen::Vector3d eye(0, 0, 0.5);
   EXPECT_FALSE(line_of_sight(world, eye, {3, 0, 0.5}));
-  EXPECT_TRUE(line_of_sight(world, eye, {1.95, 0, 0.5})) << "on its face";
-  EXPECT_TRUE(line_of_sight(world, eye, {3, 0, 5})) << "over it";
-  EXPECT_TRUE(line_of_sight(world, eye, {3, -2, 0.5})) << "beside it";
+  EXPECT_TRUE(line_of_sight(world, eye, {1.95, 0, 0.5})) << "on the face";
+  EXPECT_TRUE(line_of_sight(world, eye, {3, 0, 5})) << "over the box";
+  EXPECT_TRUE(line_of_sight(world, eye, {3, -2, 0.5})) << "past the side of the box";
 }
 
 TEST(World, ABoardHasItsTagOnBothSides) {
@@ -83,7 +84,7 @@ TEST(World, ACameraSeesTheBackOnlyOfBoards) {
     const TagFrame frame = see_tags(world, *camera, map_T_cam, SensorTime{}, {.miss_probability = 0}, random);
     EXPECT_EQ(frame.detections.size(), board_m > 0 ? 1U : 0U);
     if (frame.detections.empty()) continue;
-    // Its left side is left, as seen by a viewer on that side.
+    // Its left side is on the left for a viewer on that side.
     EXPECT_LT(frame.detections[0].corners_px[0].x(), frame.detections[0].corners_px[1].x());
     EXPECT_NEAR(frame.detections[0].corners_px[1].x() - frame.detections[0].corners_px[0].x(),
                 500 * 0.24 / 1.98, 3);
@@ -131,7 +132,7 @@ TEST(ObstacleDistance, IsMeasuredFromTheHullNotFromBase) {
 }
 
 TEST(ObstacleDistance, OfCrossingBoxesWithoutCornersInside) {
-  // A long thin plank across the hull: no corner of either is inside the other.
+  // A long, thin plank across the hull, so that no corner of either is inside the other.
   const World world = with_box({0.05, 0, 0.1}, {2, 0.02, 0.2}, std::numbers::pi / 2);
   EXPECT_EQ(obstacle_distance_m(world, kSmall, SE2()), 0);
   const World leaning = with_box({1, 0, 0.1}, {std::sqrt(2.0), std::sqrt(2.0), 0.2}, std::numbers::pi / 4);
