@@ -24,17 +24,18 @@ VelocityCommand PathFollower::follow(const Route& route, const PredictedMotion& 
                                      const RouteProgress& at, double remaining_m,
                                      const ActuatorOptions& actuators, const LearntTurning& turning) const {
   constexpr double kHalfStretch =
-      0.05;  // half of the route length over which the fed-forward curvature is averaged
+      0.05;  // half the length of route over which the curvature used for feed-forward is averaged
   const double planned = speed_at(route, at.index, at.arc_length_m);
   const double way = planned < 0 ? -1 : 1;
   const SE2 route_T_base = at.map_T_route.inverse() * motion.map_T_base;
   const double distance = route_T_base.y();
-  // Angle between the heading of the base and the route, because the robot turns about another point.
+  // Angle between the base heading and the route; it is not zero because the robot turns about a point other
+  // than the base origin.
   const double aside =
       std::atan(way * turning.centre_m * curvature_about(route, at.arc_length_m, kHalfStretch));
   const double heading = route_T_base.yaw() - aside;
-  // The yaw rate acts one motor lag later, so the curvature is taken from further along the route. The angle
-  // to the route grows with its curvature, so the turn begins earlier by the distance to the centre of
+  // The yaw rate responds with the motor lag, so the curvature is taken from further along the route. The
+  // angle to the route grows with its curvature, so the turn begins earlier by the distance to the centre of
   // rotation.
   const double ahead = std::abs(motion.speed_m_s) * actuators.yaw_rate_lag_s + way * turning.centre_m;
   const double last = at.leg_end_m - at.leg_begin_m > 0 ? at.leg_end_m : route.length_m;
@@ -48,7 +49,7 @@ VelocityCommand PathFollower::follow(const Route& route, const PredictedMotion& 
       std::clamp(std::atan(slope * (distance + offset_m_)), -options_.approach_rad, options_.approach_rad);
   const double turn_per_way =
       curvature * std::cos(heading) / stretch - k_heading * std::sin(heading + way * approach);
-  // The stopping distance caused by the lag of the motors is not available for braking.
+  // The distance travelled during the motor lag is not available for braking.
   const double left =
       remaining_m - options_.stop_within_m - std::abs(motion.speed_m_s) * actuators.speed_lag_s;
   const double brake = std::sqrt(std::max(0.0, 2 * options_.brake_m_s2 * left));
@@ -58,7 +59,7 @@ VelocityCommand PathFollower::follow(const Route& route, const PredictedMotion& 
 }
 
 void PathFollower::integrate(const RouteProgress& at, double driven_m) {
-  constexpr double kNear = 0.10;  // a larger error has another cause
+  constexpr double kNear = 0.10;  // larger errors have other causes
   if (options_.integral_m <= 0 || std::abs(at.cross_track_m) > kNear || std::abs(driven_m) > 0.5) return;
   offset_m_ += at.cross_track_m * std::abs(driven_m) / options_.integral_m;
   offset_m_ = std::clamp(offset_m_, -options_.integral_most_m, options_.integral_most_m);
@@ -80,7 +81,7 @@ VelocityCommand pure_pursuit(const Route& route, const SE2& map_T_base, const Ro
 
 VelocityCommand go_to_pose(const Route& route, const SE2& map_T_base, const RouteProgress& progress,
                            const GoToPoseOptions& options) {
-  const double half = options.waypoint_m / 2;  // a nearer goal counts as reached
+  const double half = options.waypoint_m / 2;  // a goal closer than this counts as reached
   const double goal_m =
       options.waypoint_m * (std::floor((progress.arc_length_m + half) / options.waypoint_m) + 1);
   const Eigen::Vector2d base_goal = map_T_base.inverse() * pose_at(route, goal_m).translation();

@@ -39,22 +39,23 @@ struct FollowerOptions {
   }
 };
 
-/// Path-following controller with feed-forward of the route's curvature, feedback of cross-track and heading
-/// error, and integral action. It works over distance instead of time, so that the gains do not depend on the
-/// speed (Samson, "Path Following and Time-Varying Feedback Stabilization of a Wheeled Mobile Robot", ICARCV
-/// 1992; De Luca, Oriolo and Samson, "Feedback Control of a Nonholonomic Car-like Robot", in Laumond, "Robot
-/// Motion Planning and Control", 1998, section 3). It implements equations (1) to (4) of
-/// docs/concepts/replay.md, forwards and backwards.
+/// Path-following controller with curvature feed-forward, feedback of the cross-track and heading errors, and
+/// integral action. Its equations use distance instead of time, so the gains do not depend on the speed
+/// (Samson, "Path Following and Time-Varying Feedback Stabilization of a Wheeled Mobile Robot", ICARCV 1992;
+/// De Luca, Oriolo and Samson, "Feedback Control of a Nonholonomic Car-like Robot", in Laumond, "Robot Motion
+/// Planning and Control", 1998, section 3). It implements equations (1) to (4) of docs/concepts/replay.md,
+/// for driving forwards and backwards.
 class PathFollower {
  public:
   explicit PathFollower(const FollowerOptions& options) : options_(options) {}
 
-  /// The command for a robot whose motion is `motion` when the command acts, with foot point `at`.
-  /// `remaining_m` is the distance to the end of the route or to the next change of direction.
+  /// The command for a robot that will be moving as in `motion` when the command takes effect, with foot
+  /// point `at`. `remaining_m` is the distance to the end of the route or to the next change of direction.
   [[nodiscard]] VelocityCommand follow(const Route& route, const PredictedMotion& motion,
                                        const RouteProgress& at, double remaining_m,
                                        const ActuatorOptions& actuators, const LearntTurning& turning) const;
-  /// Integrates the cross-track error at a foot point `driven_m` further along than the previous one.
+  /// Integrates the cross-track error at a foot point that is `driven_m` further along the route than the
+  /// previous one.
   void integrate(const RouteProgress& at, double driven_m);
   /// Resets the integral term.
   void reset() { offset_m_ = 0; }
@@ -65,7 +66,7 @@ class PathFollower {
   double offset_m_ = 0;
 };
 
-/// Curvature (turn per distance) of a route about an arc length, averaged over a length of 2 * `half_m`.
+/// Curvature (turn per distance) of a route around an arc length, averaged over a length of 2 * `half_m`.
 [[nodiscard]] double curvature_about(const Route& route, double arc_length_m, double half_m);
 
 struct PurePursuitOptions {
@@ -84,8 +85,8 @@ struct PurePursuitOptions {
   }
 };
 
-/// Steers to a point ahead on the route along a circular arc (Coulter, "Implementation of the Pure Pursuit
-/// Path Tracking Algorithm", CMU-RI-TR-92-01). Baseline controller. O(log points).
+/// Steers towards a point ahead on the route along a circular arc (Coulter, "Implementation of the Pure
+/// Pursuit Path Tracking Algorithm", CMU-RI-TR-92-01). A baseline controller. O(log points).
 [[nodiscard]] VelocityCommand pure_pursuit(const Route& route, const SE2& map_T_base,
                                            const RouteProgress& progress,
                                            const PurePursuitOptions& options = {});
@@ -109,9 +110,9 @@ struct GoToPoseOptions {
   }
 };
 
-/// Drives from goal to goal by distance and direction, turning on the spot first; the goals are points of the
-/// route. It is the controller of student projects (Martins and Ramos, "AprilTag-based Trajectory Tracking
-/// for the LIMOS Robot", go_to_pose), for comparison. O(log points).
+/// Drives from one goal to the next by distance and direction, turning on the spot first; the goals are
+/// points on the route. Student projects use this controller (Martins and Ramos, "AprilTag-based Trajectory
+/// Tracking for the LIMOS Robot", go_to_pose); it is provided for comparison. O(log points).
 [[nodiscard]] VelocityCommand go_to_pose(const Route& route, const SE2& map_T_base,
                                          const RouteProgress& progress, const GoToPoseOptions& options = {});
 

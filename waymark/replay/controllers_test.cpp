@@ -1,4 +1,4 @@
-// Tests the path follower on a simulated unicycle with motor lag. Its errors converge for any turn gain,
+// Tests the path follower on a simulated unicycle with motor lag. Its errors converge for any turn gain, both
 // forwards and backwards, on closed and open routes.
 #include "waymark/replay/controllers.hpp"
 
@@ -37,7 +37,7 @@ struct Plant {
 };
 
 struct Drive {
-  double worst_m = 0;  ///< after the first metres
+  double worst_m = 0;  ///< after the first few metres
   double worst_step_m = 0;
   double driven_m = 0;
   LearntTurning turning{};
@@ -127,9 +127,11 @@ TEST(PurePursuit, SteersTowardsTheRoute) {
   const auto route = build_route(circle_lap(0, 1.05));
   const auto command = [&](const SE2& pose) { return pure_pursuit(*route, pose, locate(*route, pose)); };
   EXPECT_NEAR(command(SE2(2, 0, std::numbers::pi / 2)).yaw_rate_rad_s, 0.3 * 0.5, 0.01)
-      << "on the circle: its curvature";
-  EXPECT_LT(command(SE2(1.9, 0, std::numbers::pi / 2)).yaw_rate_rad_s, 0.0) << "inside: to the right";
-  EXPECT_GT(command(SE2(2.1, 0, std::numbers::pi / 2)).yaw_rate_rad_s, 0.3) << "outside: to the left";
+      << "on the circle, the curvature of the circle";
+  EXPECT_LT(command(SE2(1.9, 0, std::numbers::pi / 2)).yaw_rate_rad_s, 0.0)
+      << "inside the circle, steer right";
+  EXPECT_GT(command(SE2(2.1, 0, std::numbers::pi / 2)).yaw_rate_rad_s, 0.3)
+      << "outside the circle, steer left";
 }
 
 }  // namespace

@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMaxRange_m = 3;
-/// Robots turn less than commanded. The lidar confirms free space, so the limit need not be exact.
+/// Robots turn less than commanded. The lidar confirms that the space is free, so the limit need not be
+/// exact.
 constexpr double kStuckTurns = 3;
 
 }  // namespace
@@ -49,11 +50,12 @@ void Explorer::add(const LaserScan& scan) {
 bool Explorer::blocked() const { return free_ahead_m_ < options_.ahead_m; }
 
 VelocityCommand Explorer::forward(double dt_s) {
-  // Ornstein-Uhlenbeck process: standard deviation heading_noise_rad_s, correlation time heading_noise_s.
+  // Ornstein-Uhlenbeck process with standard deviation heading_noise_rad_s and correlation time
+  // heading_noise_s.
   const double keep = std::exp(-dt_s / options_.heading_noise_s);
   wander_rad_s_ = keep * wander_rad_s_ +
                   random_.normal(0, options_.heading_noise_rad_s) * std::sqrt(std::max(0.0, 1 - keep * keep));
-  // Slower in narrow places, so that the robot stops in time.
+  // Drives more slowly in tight spaces, so that the robot can stop in time.
   const double room = std::clamp((free_ahead_m_ - options_.ahead_m) / options_.ahead_m, 0.3, 1.0);
   return {options_.speed_m_s * room, wander_rad_s_};
 }

@@ -48,25 +48,25 @@ enum class ExploreState : std::uint8_t { Waiting, Forward, Turn };
 struct ExploreStep {
   ExploreState state = ExploreState::Waiting;
   VelocityCommand command{};
-  std::optional<std::string> reason{};  ///< why the robot stops; none while it moves
+  std::optional<std::string> reason{};  ///< why the robot has stopped; `nullopt` while it is moving
 };
 
-/// Random exploration, as in the exercise "Marker Based Visual Loc" of JdeRobot's Robotics Academy. FORWARD
-/// drives with a random heading; if the lidar measures a near obstacle, TURN rotates on the spot by a random
-/// angle towards the side with more space. Pure: time and random numbers are arguments.
+/// Random exploration, as in the exercise "Marker Based Visual Loc" from JdeRobot's Robotics Academy. FORWARD
+/// drives with a random heading. When the lidar detects a nearby obstacle, TURN rotates on the spot by a
+/// random angle towards the side with more space. Pure: time and random numbers are passed as arguments.
 class Explorer {
  public:
-  /// `base_T_lidar`: pose of the lidar in the plane of the base.
+  /// `base_T_lidar` is the pose of the lidar in the plane of the base.
   Explorer(const ExploreOptions& options, const RobotModel& robot, const SE2& base_T_lidar, Random random)
       : options_(options), robot_(robot), base_T_lidar_(base_T_lidar), random_(random) {}
 
-  /// Adds a scan. A scan without any valid range means that no obstacle is near. O(rays).
+  /// Adds a scan. A scan without any valid range means that there is no obstacle nearby. O(rays).
   void add(const LaserScan& scan);
-  /// The command at time `now`. Call it at a steady rate.
+  /// The command at time `now`. To be called at a steady rate.
   [[nodiscard]] ExploreStep step(SensorTime now);
 
-  /// Distance from the front of the hull to the nearest obstacle ahead in the newest scan [m]; infinite
-  /// without an obstacle.
+  /// Distance from the front of the hull to the nearest obstacle ahead in the newest scan [m]; infinite if
+  /// there is none.
   [[nodiscard]] double free_ahead_m() const { return free_ahead_m_; }
   [[nodiscard]] int turns() const { return turns_; }
 
@@ -83,10 +83,10 @@ class Explorer {
   std::optional<SensorTime> scan_stamp_{};
   std::optional<SensorTime> last_step_{};
   double free_ahead_m_ = 0;
-  double near_left_m_ = 0;   ///< mean range on the left, each ray at most 3 m
-  double near_right_m_ = 0;  ///< mean range on the right
+  double near_left_m_ = 0;   ///< mean range on the left, with each ray limited to 3 m
+  double near_right_m_ = 0;  ///< mean range on the right, likewise
   double wander_rad_s_ = 0;
-  double side_ = 1;  ///< direction of the current turn; left is positive
+  double side_ = 1;  ///< direction of the current turn; positive to the left
   double left_to_turn_rad_ = 0;
   int turns_ = 0;
 };

@@ -18,7 +18,7 @@ const RobotModel kRobot{.hull = {.front_m = 0.16, .rear_m = 0.16, .width_m = 0.2
 
 SensorTime at(int ms) { return SensorTime(milliseconds(ms)); }
 
-/// A full scan in the middle of a room with walls ahead, behind and on both sides.
+/// A full scan from the middle of a room with walls ahead, behind and on both sides.
 LaserScan room(int ms, double ahead_m, double left_m, double right_m, double behind_m = 2) {
   LaserScan scan{.stamp = at(ms),
                  .angle_min_rad = -std::numbers::pi,
@@ -50,7 +50,7 @@ TEST(Explorer, StopsWithoutAScanAndWithAnOldOne) {
               ::testing::AllOf(::testing::HasSubstr("0.50 s"), ::testing::HasSubstr("limit")));
   testing::expect_on_page("replay", old.reason.value_or(""));
   wander.add(room(2000, 3, 2, 2));
-  EXPECT_TRUE(wander.step(at(1000)).reason) << "a scan from the future is not fresh";
+  EXPECT_TRUE(wander.step(at(1000)).reason) << "a scan with a future timestamp is not fresh";
 }
 
 TEST(Explorer, MeasuresTheFreeDistanceAheadOfTheHull) {
@@ -59,7 +59,7 @@ TEST(Explorer, MeasuresTheFreeDistanceAheadOfTheHull) {
   EXPECT_NEAR(wander.free_ahead_m(), 1.0, 1e-3);
   LaserScan scan{
       .stamp = at(0), .angle_min_rad = 0, .angle_increment_rad = 0.1, .range_min_m = 0.1, .range_max_m = 8};
-  // One obstacle half a metre ahead and 0.24 m to the left: beyond 0.11 + 0.12 m.
+  // One obstacle half a metre ahead and 0.24 m to the left, just beyond 0.11 + 0.12 m.
   scan.angle_min_rad = std::atan2(0.24, 0.5);
   scan.ranges_m = {static_cast<float>(std::hypot(0.24, 0.5))};
   wander.add(scan);
@@ -77,7 +77,7 @@ TEST(Explorer, MeasuresTheFreeDistanceAheadOfTheHull) {
 TEST(Explorer, UsesTheMountingOfTheLidar) {
   Explorer straight = explorer();
   straight.add(room(0, 1.0, 2, 2));
-  // It is mounted backwards, so its rear points ahead of the robot.
+  // The lidar is mounted backwards, so its rear points ahead of the robot.
   Explorer turned({}, kRobot, SE2(0, 0, std::numbers::pi), Random(1));
   turned.add(room(0, 2, 2, 2, 1.0));
   EXPECT_NEAR(turned.free_ahead_m(), straight.free_ahead_m(), 1e-6);
@@ -97,7 +97,7 @@ TEST(Explorer, TurnsTowardsMoreSpaceUntilThePathIsFree) {
       EXPECT_EQ(step.command.speed_m_s, 0);
       EXPECT_EQ(step.command.yaw_rate_rad_s > 0, left_is_free);
     }
-    EXPECT_EQ(wander.turns(), 1) << "a long turn counts once";
+    EXPECT_EQ(wander.turns(), 1) << "a long turn is counted once";
     bool drives = false;
     for (int i = 0; i < 80 && !drives; ++i, ms += 50) {
       wander.add(room(ms, 3, 2, 2));

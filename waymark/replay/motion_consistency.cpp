@@ -22,16 +22,16 @@ struct Cut {
   const MotionSample& to;
 };
 
-/// A window, and its division into thirds.
+/// A window and its division into thirds.
 struct Cuts {
   Cut whole;
-  std::array<Cut, 3> by_time;  ///< equal times of motion
-  std::array<Cut, 3> by_way;   ///< equal distances by the wheels
+  std::array<Cut, 3> by_time;  ///< three periods of motion of equal duration
+  std::array<Cut, 3> by_way;   ///< three sections of equal length as measured by the wheels
 };
 
-/// Whether the difference over the whole window exceeds its limit, and every third contains its share of it,
-/// up to the standard deviation of the third's difference. The thirds are equal in time or in distance: for a
-/// robot that slows down, slip is a share of the distance.
+/// Whether the difference over the whole window exceeds its limit, and every third contains its share of it
+/// to within one standard deviation of that third's difference. The thirds are equal in time or in distance:
+/// for a robot that is slowing down, slip is proportional to distance.
 template <class Difference, class Deviation>
 bool persists(const Cuts& cuts, double limit, const Difference& difference, const Deviation& deviation) {
   constexpr double kLastingShare = 0.25;
@@ -48,7 +48,7 @@ bool persists(const Cuts& cuts, double limit, const Difference& difference) {
   return persists(cuts, limit, difference, [](const Cut&) { return 0.0; });
 }
 
-/// Standard deviation of the positions of both ends along a direction in map [m].
+/// Standard deviation of the positions at both ends along a direction in the map [m].
 double position_sigma(const Cut& cut, const Eigen::Vector2d& map_direction) {
   const Eigen::Matrix2d P =
       cut.from.covariance.topLeftCorner<2, 2>() + cut.to.covariance.topLeftCorner<2, 2>();
@@ -66,41 +66,41 @@ double turned_by_odometry(const Cut& cut) {
   return straight(cut.to.odom_T_base.yaw() - cut.from.odom_T_base.yaw());
 }
 
-/// Difference of the translations by tags and by odometry, in the base at the beginning.
+/// Difference between the translations from tags and from odometry, in the base frame at the beginning.
 Eigen::Vector2d apart(const Cut& cut) {
   const SE2 by_tags = cut.from.map_T_base.inverse() * cut.to.map_T_base;
   const SE2 by_odometry = cut.from.odom_T_base.inverse() * cut.to.odom_T_base;
   return by_tags.translation() - by_odometry.translation();
 }
 
-/// Standard deviation of both headings [rad].
-/// For estimates it is the larger of the two, because their errors are correlated; those of two images are
-/// not.
+/// Standard deviation of the headings at both ends [rad].
+/// For estimates it is the larger of the two, because their errors are correlated; the errors of two images
+/// are not.
 double yaw_sigma(const Cut& cut) {
   return std::sqrt(std::max(0.0, cut.from.covariance(2, 2) + cut.to.covariance(2, 2)));
 }
 
-/// Larger standard deviation of the position of a pose [m].
+/// Largest standard deviation of a pose's position [m].
 double largest_sigma(const MotionSample& sample) {
   const Eigen::Vector2d variances_m2 = symmetric_eigenvalues<2>(sample.covariance.topLeftCorner<2, 2>());
   return std::sqrt(std::max(0.0, variances_m2.maxCoeff()));
 }
 
-/// Uncertainty of the turn by odometry from its noise, `sigmas` standard deviations [rad].
+/// Uncertainty of a turn measured by odometry due to its noise, at `sigmas` standard deviations [rad].
 double turn_noise(const Cut& cut, const MotionScales& scales) {
   return scales.sigmas * scales.turn_noise_sqrt_m * std::sqrt(std::max(0.0, cut.to.path_m - cut.from.path_m));
 }
 
-/// Uncertainty of the gyro's turn [rad] from an unknown bias while the robot was at standstill or creeping.
-/// It grows over the gyro time beyond the time of motion.
+/// Uncertainty of the turn measured by the gyro [rad] due to an unknown bias while the robot was stationary
+/// or creeping. It grows with the gyro time in excess of the time in motion.
 double turn_of_bias(const Cut& cut) {
   constexpr double kBias_rad_s = 0.01;
   const double moving_s = cut.to.moving_s - cut.from.moving_s;
   return kBias_rad_s * std::max(0.0, cut.to.gyro_s - cut.from.gyro_s - moving_s);
 }
 
-/// Uncertainty of the difference between turns by odometry (with the gyro if there is one) and by tags, from
-/// scale and noise [rad]. Independent errors add in quadrature, here and below.
+/// Uncertainty of the difference between the turns from odometry (with the gyro if there is one) and from
+/// tags, due to scale and noise [rad]. Independent errors are added in quadrature, here and below.
 double turn_uncertainty(const Cut& cut, const MotionScales& scales) {
   constexpr double kGyroShare = 0.05;
   const double turned = cut.to.turned_rad - cut.from.turned_rad;
@@ -109,19 +109,20 @@ double turn_uncertainty(const Cut& cut, const MotionScales& scales) {
   return std::hypot(scales.turn_share * scales.turn_scale * turned, turn_noise(cut, scales), noise);
 }
 
-/// Uncertainty [m] of the difference between translations by tags and by odometry, along a direction of the
-/// base at the beginning. It results from a wrong scale, a wrong initial heading and the noise of both poses.
+/// Uncertainty [m] of the difference between the translations from tags and from odometry, along a direction
+/// in the base frame at the beginning. It results from a wrong scale, a wrong initial heading and the noise
+/// of both poses.
 double distance_uncertainty(const Cut& cut, const Eigen::Vector2d& direction, const MotionScales& scales) {
   const Eigen::Vector2d way = (cut.from.odom_T_base.inverse() * cut.to.odom_T_base).translation();
   const Eigen::Vector2d across(-way.y(), way.x());
-  constexpr double kEvenly = 0.58;  // 1 / sqrt(3), of a random walk over the distance
+  constexpr double kEvenly = 0.58;  // 1 / sqrt(3), for a random walk over the distance
   const double turned = scales.turn_scale * (cut.to.turned_rad - cut.from.turned_rad);
   const double bend = scales.gyro
                           ? turn_of_bias(cut)
                           : std::hypot(scales.turn_share * turned / 2, kEvenly * turn_noise(cut, scales));
   const double aside = std::sqrt(std::max(0.0, cut.from.covariance(2, 2))) * direction.dot(across);
   const double noise = std::hypot(position_sigma(cut, cut.from.map_T_base.rotation() * direction), aside);
-  constexpr double kHeadingShare = 0.02;  // misaligned wheels
+  constexpr double kHeadingShare = 0.02;  // wheels out of alignment
   return std::hypot(scales.distance_share * direction.dot(way),
                     std::hypot(kHeadingShare, bend) * direction.dot(across), scales.sigmas * noise);
 }
@@ -141,7 +142,7 @@ Cuts cuts_of(const std::vector<MotionSample>& window) {
   return {{first, last}, in_thirds(&MotionSample::moving_s), in_thirds(&MotionSample::path_m)};
 }
 
-/// Sums for the line fit y = a + s x.
+/// Sums for fitting the line y = a + s x.
 struct LineSums {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
 };
@@ -193,7 +194,7 @@ std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> p
                                                     double max_latency_s) {
   constexpr double kStep_s = 0.02;
   constexpr double kLeastScale = 0.15;
-  constexpr double kMinResidual_rad = 0.03;  // residuals below it need no latency to explain them
+  constexpr double kMinResidual_rad = 0.03;  // smaller residuals need no latency to explain them
   constexpr double kBetter = 3;
   const auto without_latency = fit(pictures, odometry, 0, max_latency_s);
   if (!without_latency || without_latency->rms_rad < kMinResidual_rad) return std::nullopt;
@@ -207,7 +208,7 @@ std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> p
     best.rms_rad = found->rms_rad;
     scale = found->scale;
   }
-  const bool ends = best.camera_latency_s + 2 * kStep_s > max_latency_s;  // a longer latency may fit better
+  const bool ends = best.camera_latency_s + 2 * kStep_s > max_latency_s;  // a longer one may fit even better
   if (ends || scale < kLeastScale || kBetter * best.rms_rad > best.rms_without_latency_rad)
     return std::nullopt;
   return best;
@@ -215,11 +216,11 @@ std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> p
 
 namespace {
 
-/// Uncertainty of commands: batteries sag, and motors differ from their model by a share of the speed and by
-/// a lag.
+/// Uncertainty of the commands: batteries sag, and motors deviate from their model by a fraction of the speed
+/// and by a lag.
 constexpr double kMotorShare = 0.25;
 constexpr double kMotorTime_s = 0.2;
-/// Standard deviations of an estimate that form its uncertainty.
+/// Number of standard deviations of an estimate that is taken as its uncertainty.
 constexpr double kSigmas = 2;
 
 std::optional<Contradiction> commands_and_wheels(const Cuts& cuts, const ConsistencyOptions& options) {
@@ -238,7 +239,7 @@ std::optional<Contradiction> commands_and_wheels(const Cuts& cuts, const Consist
                        .apart = std::abs(difference(all))};
 }
 
-/// The robot turns less than commanded, compared with its response so far.
+/// The robot turns less than commanded, relative to how it has responded so far.
 std::optional<Contradiction> commanded_and_turned(const Cuts& cuts, const MotionScales& scales,
                                                   const ConsistencyOptions& options) {
   const auto commanded = [&](const Cut& c) {
@@ -300,7 +301,7 @@ std::optional<Contradiction> turns_and_tags(const Cuts& cuts, const MotionScales
                       .one_moved = turned_by_odometry(all),
                       .other_moved = turned_by_tags(all),
                       .apart = std::abs(difference(all))};
-  // The turn of odometry is not a third source, because most drivers compute it from the same gyro.
+  // The turn from odometry is not a third source, because most drivers compute it from the same gyro.
   return found;
 }
 
@@ -322,7 +323,7 @@ std::optional<Contradiction> ways_and_tags(const Cuts& cuts, const MotionScales&
                       .one_moved = (all.from.odom_T_base.inverse() * all.to.odom_T_base).translation().norm(),
                       .other_moved = (all.from.map_T_base.inverse() * all.to.map_T_base).translation().norm(),
                       .apart = whole.norm()};
-  // If tags confirm the turn of the gyro, the wheels are wrong.
+  // If tags confirm the turn measured by the gyro, the wheels are wrong.
   constexpr double kMinGyroTurn_rad = 0.15;
   const double gyro = all.to.gyro_rad - all.from.gyro_rad;
   if (scales.gyro && std::abs(gyro) > kMinGyroTurn_rad &&
@@ -331,12 +332,12 @@ std::optional<Contradiction> ways_and_tags(const Cuts& cuts, const MotionScales&
   return found;
 }
 
-/// Distance of a value from the interval between zero and a turn.
+/// Distance from a value to the interval between zero and a turn.
 double outside_of_turn(double value, double turn) {
   return std::max({0.0, value - std::max(0.0, turn), std::min(0.0, turn) - value});
 }
 
-/// A turn that the gyro did not measure, or that slipping wheels cannot cause.
+/// A turn that the gyro did not measure, or that slipping wheels cannot have caused.
 std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& scales,
                                            const ConsistencyOptions& options) {
   const double by_tags = turned_by_tags(cut);
@@ -353,7 +354,7 @@ std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& s
                        .apart = apart_rad};
 }
 
-/// A turn by the gyro that was not commanded.
+/// A turn measured by the gyro that was not commanded.
 std::optional<Contradiction> turned_unasked(const Cut& cut, const MotionScales& scales,
                                             const ConsistencyOptions& options) {
   if (!scales.gyro) return std::nullopt;
@@ -381,7 +382,7 @@ std::optional<Contradiction> pushed(const Cut& cut, const MotionScales& scales,
       std::clamp(by_tags.dot(by_odometry) / std::max(1e-6, by_odometry.squaredNorm()), 0.0, 1.0);
   const Eigen::Vector2d rest = by_tags - share * by_odometry;
   const Eigen::Vector2d whole = by_tags - by_odometry;
-  constexpr double kSudden = 1.8;  // without a persistence test the cause may be a tag at another position
+  constexpr double kSudden = 1.8;  // without a check for persistence, the cause may be a tag that has moved
   const auto uncertainty = [&](const Eigen::Vector2d& way) {
     return kSudden * distance_uncertainty(cut, way.normalized(), scales);
   };
@@ -513,11 +514,11 @@ std::string describe(const Contradiction& found) {
 
 namespace {
 
-/// Weight of the initial scales, in squared distance [m^2] and squared turns [rad^2].
+/// Weight of the initial scales, as squared distance [m^2] and squared turns [rad^2].
 constexpr double kWayPrior = 0.25;
 constexpr double kTurnPrior = 0.05;
 constexpr double kForget_m = 8;
-/// Actual over commanded turn of an unknown robot, and its uncertainty.
+/// Ratio of actual to commanded turn for an unknown robot, and its uncertainty.
 constexpr double kCommandGain = 0.7;
 constexpr double kUnknownCommand = 0.6;
 constexpr Duration kHistory = std::chrono::seconds(10);
@@ -525,8 +526,8 @@ constexpr Duration kHistory = std::chrono::seconds(10);
 }  // namespace
 
 OdometryPrior odometry_prior(const Calibration& calibration) {
-  constexpr double kWithin = 3;         // standard deviations
-  constexpr double kLeastShare = 0.02;  // path and load differ from those of the calibration
+  constexpr double kWithin = 3;         // limit in standard deviations
+  constexpr double kLeastShare = 0.02;  // route and load differ from those during calibration
   OdometryPrior prior;
   const auto take = [&](const char* name, double& scale, double& share) {
     const auto known = calibration.observable_value(name);
@@ -545,7 +546,7 @@ bool MotionSums::add(const Odometry& odometry) {
   if (odometry_) {
     const SE2 moved = odometry_->odom_T_base.inverse() * odometry.odom_T_base;
     const double gap_s = to_seconds(odometry.stamp - odometry_->stamp);
-    if (!(gap_s > 0 && gap_s < 1)) {  // a clock jump, or a gap too long to integrate over
+    if (!(gap_s > 0 && gap_s < 1)) {  // the clock jumped, or the gap is too long to integrate over
       samples_.clear();
       history_.clear();
       follows = false;
@@ -613,7 +614,7 @@ Standing MotionSums::observe_nothing() {
   return estimated_ ? keep() : Standing{};
 }
 
-/// A standstill adds no sample, so the next motion is compared with the sample before it.
+/// A standstill adds no sample, so the next motion is compared with the last sample before the standstill.
 Standing MotionSums::keep() {
   constexpr double kCreep_m_s = 0.01;
   constexpr double kCreep_rad_s = 0.05;
@@ -624,8 +625,8 @@ Standing MotionSums::keep() {
   }
   const MotionSample& last = samples_.back();
   constexpr double kMinStandstill_s = 0.3;
-  // A single encoder tick does not end a standstill; otherwise a carry would be split into parts below the
-  // noise.
+  // A single encoder tick does not end a standstill; otherwise one carry would be split into parts smaller
+  // than the noise.
   constexpr double kMoved_m = 0.005;
   constexpr double kMoved_rad = 0.05;
   const SE2 since = last.odom_T_base.inverse() * now_.odom_T_base;
@@ -649,7 +650,7 @@ Standing MotionSums::keep() {
   return standing;
 }
 
-/// Learns from the motion that has left the window, half a metre at a time.
+/// Learns from motion that has left the window, half a metre at a time.
 void MotionSums::learn(const MotionSample& gone) {
   constexpr double kStep_m = 0.3;
   constexpr double kStep_rad = 0.3;
@@ -722,12 +723,12 @@ void MotionSums::forget() {
 
 namespace {
 
-/// Standard deviations that form the uncertainty of a pose from the tags of one image.
+/// Number of standard deviations that is taken as the uncertainty of a pose from the tags in one image.
 constexpr double kPictureSigmas = 3;
-/// Two of this many images, and a further one, must contradict, because noise may hide the contradiction in
-/// one between them.
+/// Two out of this many images, and one more, must contradict, because noise may hide the contradiction in an
+/// image between them.
 constexpr std::size_t kSuspectedFor = 3;
-/// Slow or intermittent differences show only over a longer window.
+/// Slowly varying or intermittent differences show up only over a longer window.
 constexpr double kLongWindow_s = 3;
 
 }  // namespace
@@ -796,7 +797,7 @@ void MotionConsistency::observe_picture(SensorTime stamp, const SE2& map_T_base,
 }
 
 void MotionConsistency::add_heading(SensorTime stamp, double yaw_rad) {
-  constexpr double kUnseen_s = 1;  // after a longer gap the number of revolutions is unknown
+  constexpr double kUnseen_s = 1;  // after a longer gap, the number of full turns is unknown
   const double time_s = to_seconds(stamp - *sums_.zero());
   if (!headings_.empty() && time_s <= headings_.back().time_s) return;
   if (!headings_.empty() && time_s - headings_.back().time_s > kUnseen_s) headings_.clear();
@@ -805,7 +806,7 @@ void MotionConsistency::add_heading(SensorTime stamp, double yaw_rad) {
   check_camera_latency();
 }
 
-/// Runs every kEvery images, and checks whether turns by tags follow those of odometry with a delay.
+/// Runs once every kEvery images and checks whether turns from tags lag behind those from odometry.
 void MotionConsistency::check_camera_latency() {
   constexpr std::size_t kEvery = 8;
   constexpr std::size_t kKept = 120;
@@ -819,7 +820,7 @@ void MotionConsistency::check_camera_latency() {
   const auto found = find_camera_latency(headings_, turned, kMaxCameraLatency_s);
   headings_.erase(headings_.begin(), headings_.begin() + kEvery);
   if (!found || found->camera_latency_s < options_.late_pictures_s) return;
-  // A random walk of the turns by wheels also fits one latency better than another.
+  // A random walk in the turns measured by the wheels also fits one latency better than another.
   const double path_m = sums_.history().back().sums.path_m - sums_.history().front().sums.path_m;
   const double walk_rad = gyro ? 0.0 : sums_.scales().turn_noise_sqrt_m * std::sqrt(path_m / 6);
   if (found->rms_without_latency_rad < kBeyondNoise * walk_rad) return;
@@ -830,7 +831,8 @@ void MotionConsistency::check_camera_latency() {
                                          .camera_latency_s = found->camera_latency_s};
 }
 
-/// The newest image before a given time; none if images were missing then or have been missing since.
+/// The newest image before a given time; `nullopt` if images were missing at that time or have been missing
+/// since.
 std::optional<MotionConsistency::PictureIterator> MotionConsistency::picture_before(double moving_s) const {
   const auto time_of = [](const Picture& picture) { return picture.seen.moving_s; };
   const auto after = std::ranges::upper_bound(pictures_, moving_s + 1e-9, {}, time_of);
@@ -845,8 +847,8 @@ std::optional<MotionConsistency::PictureIterator> MotionConsistency::picture_bef
   return found;
 }
 
-/// Compares over windows of increasing length, because fast differences show in the shortest one. At the
-/// beginning of a window the estimate is often more accurate than one image, but not after it followed
+/// Compares over windows of increasing length, because sudden differences show up in the shortest one. At the
+/// beginning of a window, the estimate is usually more accurate than a single image, unless it has followed
 /// slipping wheels.
 std::optional<Contradiction> MotionConsistency::contradiction_of_pictures() const {
   MotionScales known = sums_.scales();
@@ -865,7 +867,7 @@ std::optional<Contradiction> MotionConsistency::contradiction_of_pictures() cons
   return std::nullopt;
 }
 
-/// Compares with two recent images, so that a single wrong image is not a contradiction.
+/// Compares with two recent images, so that a single wrong image does not count as a contradiction.
 std::optional<Contradiction> MotionConsistency::push_of_pictures() const {
   MotionScales known = sums_.scales();
   known.sigmas = kPictureSigmas;

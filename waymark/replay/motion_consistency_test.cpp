@@ -16,7 +16,7 @@
 namespace waymark {
 namespace {
 
-/// Heading [rad] over time of a robot that drives bends to both sides.
+/// Heading [rad] over time for a robot that drives bends in both directions.
 double heading(double time_s) { return 0.6 * std::sin(0.9 * time_s) + 0.2 * time_s; }
 
 struct Drive {
@@ -52,8 +52,7 @@ TEST(FindCameraLatency, NoneForImagesInTimeOrWithoutTurns) {
   EXPECT_FALSE(find_camera_latency(in_time.pictures, in_time.odometry, 0.8));
   Drive even = drive(0.3, 1, 9);
   for (auto* headings : {&even.pictures, &even.odometry})
-    for (HeadingAt& at : *headings)
-      at.yaw_rad = 0.4 * at.time_s;  // a circle does not make the latency observable
+    for (HeadingAt& at : *headings) at.yaw_rad = 0.4 * at.time_s;  // the latency is unobservable on a circle
   EXPECT_FALSE(find_camera_latency(even.pictures, even.odometry, 0.8));
   Drive stuck = drive(0.3, 1, 10);
   for (HeadingAt& at : stuck.pictures) at.yaw_rad = 0.3;
@@ -61,18 +60,18 @@ TEST(FindCameraLatency, NoneForImagesInTimeOrWithoutTurns) {
       << "a frozen camera is not a latency";
 }
 
-/// Velocities by each source for a robot that turns left.
+/// Velocities reported by each source for a robot turning left.
 struct Motion {
   double commanded_m_s = 0.3;
   double commanded_rad_s = 0.3;
   double wheels_m_s = 0.3;
   double wheels_rad_s = 0.3;
   double gyro_rad_s = 0.3;
-  Eigen::Vector3d tags{0.3, 0, 0.3};  ///< x, y [m/s] and yaw [rad/s]
+  Eigen::Vector3d tags{0.3, 0, 0.3};  ///< velocities in x, y [m/s] and yaw [rad/s]
   bool sees_tags = true;
 };
 
-/// One second of motion in twenty samples.
+/// One second of motion, as twenty samples.
 std::vector<MotionSample> second_of(const Motion& m, double from_s = 0, double until_s = 2) {
   std::vector<MotionSample> window;
   MotionSample now;
@@ -117,7 +116,7 @@ TEST(MotionConsistency, ReportsThePairAndACulpritOnlyWithAThirdSource) {
   const auto stuck = found_in({.tags = {0, 0, 0}});
   ASSERT_TRUE(stuck);
   EXPECT_EQ(stuck->other, MotionSource::Tags);
-  EXPECT_FALSE(stuck->culprit) << "odometry may use the gyro and is no third source";
+  EXPECT_FALSE(stuck->culprit) << "odometry may use the gyro, so it is not a third source";
 
   const auto straight =
       found_in({.commanded_rad_s = 0, .wheels_rad_s = 0, .gyro_rad_s = 0, .tags = {0, 0, 0}});
@@ -128,7 +127,7 @@ TEST(MotionConsistency, ReportsThePairAndACulpritOnlyWithAThirdSource) {
 
   const auto spinning = found_in({.tags = {0.05, 0, 0.3}});
   ASSERT_TRUE(spinning);
-  EXPECT_EQ(spinning->culprit, MotionSource::Wheels) << "the tags confirm the turn of the gyro";
+  EXPECT_EQ(spinning->culprit, MotionSource::Wheels) << "the tags confirm the turn measured by the gyro";
 
   const auto gyro = found_in({.gyro_rad_s = -0.2});
   ASSERT_TRUE(gyro);
@@ -139,12 +138,13 @@ TEST(MotionConsistency, ReportsThePairAndACulpritOnlyWithAThirdSource) {
 TEST(MotionConsistency, ShortDifferencesDoNotCount) {
   const Motion slips{.tags = {0.05, 0, 0.3}};
   EXPECT_TRUE(find_contradiction(second_of(slips), kLearnt, kLimits));
-  EXPECT_FALSE(find_contradiction(second_of(slips, 0.25, 0.75), kLearnt, kLimits)) << "half a second of slip";
-  EXPECT_FALSE(find_contradiction(second_of(slips, 0.7), kLearnt, kLimits)) << "it has only begun";
+  EXPECT_FALSE(find_contradiction(second_of(slips, 0.25, 0.75), kLearnt, kLimits))
+      << "slip for half a second";
+  EXPECT_FALSE(find_contradiction(second_of(slips, 0.7), kLearnt, kLimits)) << "it has only just begun";
 }
 
-// The robot is held while it slows down, so wheels and tags differ by a share of the distance, not of the
-// time.
+// The robot is held while slowing down, so the difference between wheels and tags is proportional to
+// distance, not to time.
 TEST(MotionConsistency, DifferencesThatPersistOverTheDistanceCount) {
   std::vector<MotionSample> window;
   MotionSample now;
@@ -166,8 +166,8 @@ TEST(MotionConsistency, DifferencesThatPersistOverTheDistanceCount) {
 }
 
 TEST(MotionConsistency, DifferencesWithinTheUncertaintyDoNotCount) {
-  EXPECT_FALSE(found_in({.commanded_m_s = 0.36})) << "a battery 15 % low";
-  EXPECT_FALSE(found_in({.wheels_rad_s = 0.43})) << "a floor that turns the robot by 30 % less";
+  EXPECT_FALSE(found_in({.commanded_m_s = 0.36})) << "the battery voltage is 15 % low";
+  EXPECT_FALSE(found_in({.wheels_rad_s = 0.43})) << "a floor on which the robot turns 30 % less";
   Motion blind{.tags = {0, 0, 0}, .sees_tags = false};
   EXPECT_FALSE(found_in(blind)) << "poses without tags are not compared";
   std::vector<MotionSample> uncertain = second_of({.tags = {0.2, 0, 0.3}});
@@ -176,7 +176,7 @@ TEST(MotionConsistency, DifferencesWithinTheUncertaintyDoNotCount) {
   EXPECT_FALSE(find_contradiction(uncertain, kLearnt, kLimits));
 }
 
-// Without a gyro, turns are measured by slipping wheels; their noise is that of the calibration.
+// Without a gyro, turns are measured by slipping wheels; their noise is taken from the calibration.
 TEST(MotionConsistency, TurnsByWheelsHaveTheNoiseOfTheCalibration) {
   const std::vector<MotionSample> window =
       second_of({.commanded_rad_s = 0.05, .wheels_rad_s = 0.05, .gyro_rad_s = 0.05, .tags = {0.3, 0, 0.25}});
@@ -217,7 +217,7 @@ TEST(MotionConsistency, APushIsAMotionThatWheelSlipCannotExplain) {
   };
   EXPECT_FALSE(push(straight));
   const auto held = push(with({0, 0, 0}));
-  EXPECT_TRUE(held && !held->carried) << "held, or slipping for too long";
+  EXPECT_TRUE(held && !held->carried) << "held in place, or slipping for too long";
   EXPECT_FALSE(push(with({0.15, 0, 0}))) << "slipping";
   for (const Eigen::Vector3d& tags :
        {Eigen::Vector3d(0.3, 0.16, 0), Eigen::Vector3d(-0.16, 0, 0), Eigen::Vector3d(0.46, 0, 0)}) {
@@ -229,10 +229,11 @@ TEST(MotionConsistency, APushIsAMotionThatWheelSlipCannotExplain) {
   const auto turned = push(with({0.3, 0, 0.35}));
   ASSERT_TRUE(turned) << "the turn was not commanded";
   EXPECT_TRUE(turned->carried && turned->turning);
-  EXPECT_FALSE(push({.commanded_rad_s = 0.5, .tags = {0.3, 0, 0.3}})) << "it skids";
+  EXPECT_FALSE(push({.commanded_rad_s = 0.5, .tags = {0.3, 0, 0.3}})) << "the robot is skidding";
 }
 
-// A robot at 0.5 m/s is carried back for half a second by as much as it drives, which looks like wheel slip.
+// A robot driving at 0.5 m/s is carried back for half a second by as much as it drives, which looks like
+// wheel slip.
 TEST(MotionConsistency, BeingCarriedBackIsFoundIfLongerThanAShortSlip) {
   const auto push = [](double back_m) {
     Motion m{.commanded_m_s = 0.5, .wheels_m_s = 0.5, .tags = {0.5 - back_m, 0, 0.3}};
@@ -270,8 +271,8 @@ TEST(MotionConsistency, ReportsThePairWithTheirMotions) {
 
 // Tests MotionConsistency over whole drives.
 
-/// Five seconds of a bend with wheels that measure `measured_share` of each true turn, and an image every 0.1
-/// s.
+/// Five seconds of driving a bend with wheels that measure `measured_share` of each true turn, and one image
+/// every 0.1 s.
 std::optional<Contradiction> bend_by_wheels(double measured_share, const OdometryPrior& prior) {
   MotionConsistency consistency({}, {}, prior);
   SE2 odom;
@@ -301,8 +302,9 @@ TEST(MotionConsistency, StartsWithTheCalibratedTurnScale) {
   }
 }
 
-/// Whether driving straight on at 0.3 m/s is a contradiction after `before_s` at another speed, during which
-/// the robot is turned by hand evenly by `turned_rad`. Tags observe every turn, and the gyro has a bias.
+/// Whether driving straight ahead at 0.3 m/s is reported as a contradiction after `before_s` at another
+/// speed, during which the robot is steadily turned by hand by `turned_rad`. The tags observe every turn, and
+/// the gyro has a bias.
 std::optional<Contradiction> drive_with_slow_part(double slow_s, double speed_m_s, double bias_rad_s) {
   constexpr double kDt_s = 0.05;
   MotionConsistency consistency({}, {}, {.distance_share = 0.02});
@@ -334,8 +336,8 @@ TEST(MotionConsistency, AGyroBiasIsNoContradictionForASlowRobot) {
   }
 }
 
-/// Time until a straight drive is a contradiction if the robot is moved sideways by hand from the third
-/// second on; 15 images per second with noise of 6 mm and 0.5 degrees.
+/// Time until a contradiction is found if the robot drives straight ahead and is pushed sideways by hand from
+/// the third second on. There are 15 images per second with noise of 6 mm and 0.5 degrees.
 std::optional<double> seconds_until_found(double aside_m_s, std::uint64_t seed) {
   constexpr double kDt_s = 0.05;
   constexpr double kFrom_s = 3;
@@ -365,7 +367,7 @@ std::optional<double> seconds_until_found(double aside_m_s, std::uint64_t seed) 
   return std::nullopt;
 }
 
-// The sideways motion reaches 5 cm, the limit, after 1.67 s; it is found within another 0.9 s.
+// The sideways motion reaches its limit of 5 cm after 1.67 s and is found within another 0.9 s.
 TEST(MotionConsistency, AMotionByHandOf3CentimetresPerSecondIsFoundInTime) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     for (const double aside : {0.03, -0.03}) {
@@ -378,7 +380,7 @@ TEST(MotionConsistency, AMotionByHandOf3CentimetresPerSecondIsFoundInTime) {
   }
 }
 
-/// Two seconds of a bend driven as commanded; `gyro_rad_s` returns the gyro reading of each step.
+/// Two seconds of driving a bend as commanded; `gyro_rad_s` returns the gyro reading for each step.
 template <class Gyro>
 std::optional<Contradiction> bend_by_gyro(double commanded_change_rad_s, const Gyro& gyro_rad_s) {
   MotionConsistency consistency({}, {});

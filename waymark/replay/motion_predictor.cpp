@@ -11,10 +11,10 @@ constexpr Duration kRemembered = std::chrono::seconds(2);
 constexpr Duration kStep = std::chrono::milliseconds(10);
 /// Maximum prediction time. A longer gap is a fault, which the limiter reports.
 constexpr Duration kMaxPrediction = std::chrono::milliseconds(500);
-/// Weight of the initial turn gain, in squared turns [rad^2]. A third of a second in a curve outweighs it, so
+/// Weight of the initial turn gain, as squared turns [rad^2]. A third of a second in a curve outweighs it, so
 /// a robot that turns a third less than commanded does not leave the route in the first bend.
 constexpr double kPriorWeight = 3e-4;
-/// A larger turn between two estimates is a correction, not a motion.
+/// A larger turn between two estimates is a correction, not motion.
 constexpr double kMaxTurn_rad = 0.2;
 
 Duration seconds(double s) { return Duration(std::llround(s * 1e9)); }
@@ -57,7 +57,7 @@ void MotionPredictor::run(Motors& motors, SensorTime to, SE2* map_T_base) const 
 }
 
 void MotionPredictor::learn_gain(double asked_rad, double turned_rad, double dt_s) {
-  constexpr double kLeastRate = 0.04;  // slower turns contain more noise than information about the gain
+  constexpr double kLeastRate = 0.04;  // slower turns contribute more noise than information about the gain
   if (options_.turn_gain_time_s <= 0 || std::abs(asked_rad) < kLeastRate * dt_s) return;
   if (std::abs(turned_rad) > kMaxTurn_rad || std::abs(asked_rad) > kMaxTurn_rad) return;
   const double keep = std::exp(-dt_s / options_.turn_gain_time_s);
@@ -68,11 +68,12 @@ void MotionPredictor::learn_gain(double asked_rad, double turned_rad, double dt_
       std::clamp(gain, options_.turn_gain_min, std::max(options_.turn_gain_min, options_.turn_gain_max));
 }
 
-/// Uses turns over half a second, in which corrections of the estimate are small compared with the motion.
+/// Uses turns over half a second, during which corrections of the estimate are small compared with the
+/// motion.
 void MotionPredictor::learn_centre(SensorTime stamp, const SE2& map_T_base) {
   constexpr Duration kTurn = std::chrono::milliseconds(500);
-  constexpr double kPriorTurns = 0.1;      // rad^2: weight of the initial centre
-  constexpr double kMaxSideways_m = 0.03;  // a larger one is a correction of the estimate
+  constexpr double kPriorTurns = 0.1;      // weight of the initial centre [rad^2]
+  constexpr double kMaxSideways_m = 0.03;  // a larger sideways motion is a correction of the estimate
   if (options_.turn_centre_time_s <= 0) return;
   if (turned_since_ && stamp - *turned_since_ < kTurn) return;
   const bool follows = turned_since_ && stamp - *turned_since_ < 2 * kTurn;

@@ -8,7 +8,7 @@
 
 namespace waymark {
 
-/// Response of the robot to commands, as configured.
+/// The configured response of the robot to commands.
 struct ActuatorOptions {
   double command_delay_s = 0.04;
   double speed_lag_s = 0.12;
@@ -51,37 +51,37 @@ struct ActuatorOptions {
   }
 };
 
-/// Learned turn response of the robot.
+/// The robot's turn response, as learned.
 struct LearntTurning {
-  double gain = 1;      ///< actual over commanded yaw rate
-  double centre_m = 0;  ///< of the point that does not move sideways, ahead of the base origin
+  double gain = 1;      ///< ratio of actual to commanded yaw rate
+  double centre_m = 0;  ///< distance from the base origin forward to the point that does not move sideways
 };
 
-/// A predicted pose with the motion at that time.
+/// A predicted pose and the motion at that time.
 struct PredictedMotion {
   SE2 map_T_base{};
   double speed_m_s = 0;
   double yaw_rate_rad_s = 0;
 };
 
-/// Extrapolates an estimate to the time at which the next command acts: first-order motors with a delay,
-/// driven by the commands sent. It learns the turn gain by least squares with forgetting over the turns in
-/// the estimate (Ljung, "System Identification", 2nd ed., section 11.2), within bounds. In the same way it
-/// learns the centre of rotation (of a skid-steer robot: Mandow et al., "Experimental kinematics for wheeled
-/// skid-steer mobile robots", IROS 2007) from the sideways motion of the base during turns. Stores two
-/// seconds of commands.
+/// Extrapolates an estimate to the time at which the next command takes effect, modelling the motors as
+/// first-order systems with a delay, driven by the commands sent. It learns the turn gain, within bounds, by
+/// least squares with forgetting from the turns in the estimate (Ljung, "System Identification", 2nd ed.,
+/// section 11.2). In the same way it learns the centre of rotation (of a skid-steer robot: Mandow et al.,
+/// "Experimental kinematics for wheeled skid-steer mobile robots", IROS 2007) from the sideways motion of the
+/// base during turns. Stores two seconds of commands.
 class MotionPredictor {
  public:
   explicit MotionPredictor(const ActuatorOptions& options)
       : options_(options), turning_{options.turn_gain, options.turn_centre_m} {}
 
   void sent(SensorTime now, const VelocityCommand& command);
-  /// Adds a newer estimate; one that is not newer is ignored. `trusted`: the turn response may be learned
-  /// from it.
+  /// Adds an estimate, which is ignored if it is not newer than the last one. `trusted`: whether the turn
+  /// response may be learned from it.
   void observe(SensorTime stamp, const SE2& map_T_base, bool trusted);
-  /// Pose and motion at `to`; the newest observed pose if that is later.
+  /// Pose and motion at time `to`, or the newest observed pose if that is later.
   [[nodiscard]] PredictedMotion predict(SensorTime to) const;
-  /// Time at which a command sent at `now` begins to act.
+  /// Time at which a command sent at `now` takes effect.
   [[nodiscard]] SensorTime acts_at(SensorTime now) const;
 
   [[nodiscard]] const LearntTurning& turning() const { return turning_; }
@@ -91,7 +91,7 @@ class MotionPredictor {
   struct Motors {
     SensorTime stamp{};
     double speed_m_s = 0;
-    double yaw_rate_rad_s = 0;  ///< before the turn gain
+    double yaw_rate_rad_s = 0;  ///< before applying the turn gain
     double turned_rad = 0;
   };
   void run(Motors& motors, SensorTime to, SE2* map_T_base) const;
@@ -101,12 +101,12 @@ class MotionPredictor {
 
   ActuatorOptions options_;
   std::deque<StampedCommand> commands_{};
-  std::optional<Motors> motors_{};  ///< state at the newest estimate
+  std::optional<Motors> motors_{};  ///< state at the time of the newest estimate
   SE2 map_T_base_{};
   LearntTurning turning_;
   double asked_asked_ = 0;
   double asked_turned_ = 0;
-  std::optional<SensorTime> turned_since_{};  ///< start of the turn from which the centre is learned next
+  std::optional<SensorTime> turned_since_{};  ///< start of the next turn to learn the centre from
   SE2 map_T_turned_since_{};
   double turned_turned_ = 0;
   double turned_sideways_ = 0;

@@ -34,7 +34,7 @@ void ReplayWatch::tick(SensorTime now) {
   decide_on_command_gap();
 }
 
-/// If a clock jumped, odometry has the same gap; if the computer was only busy, odometry has no gap.
+/// If a clock jumped, odometry has the same gap; if the computer was merely busy, it has none.
 void ReplayWatch::decide_on_command_gap() {
   if (!command_gap_) return;
   if (odometry_gap_ && odometry_gap_->overlaps(*command_gap_)) {

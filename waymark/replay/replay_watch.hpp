@@ -38,11 +38,11 @@ struct WatchOptions {
   }
 };
 
-/// Detects faults that a single measurement does not show: clock jumps, a robot moved by hand, a frozen
-/// camera. It is pure except for its stored state; time is an argument. Alarms about clocks and motion by
-/// hand last until forget(), because a person has to check the robot. A late command (overloaded computer) is
-/// distinguished from a clock jump by the odometry of that time, which arrives afterwards: its stamps have no
-/// gap.
+/// Detects faults that a single measurement does not reveal: clock jumps, a robot moved by hand, a frozen
+/// camera. It is pure apart from its stored state; time is passed as an argument. Alarms for clock jumps and
+/// motion by hand persist until forget() is called, because a person has to check the robot. A late command
+/// (overloaded computer) is distinguished from a clock jump by the odometry from that time, which arrives
+/// later and has no gap in its timestamps.
 class ReplayWatch {
  public:
   explicit ReplayWatch(const WatchOptions& options) : options_(options) {}
@@ -51,13 +51,13 @@ class ReplayWatch {
   void tick(SensorTime now);
   void add(const Odometry& odometry);
   /// Adds a frame and returns whether it is new. A frozen camera repeats every corner exactly while the robot
-  /// moves.
+  /// is moving.
   [[nodiscard]] bool add(const TagFrame& frame);
   [[nodiscard]] bool add(const TagPoseFrame& frame);
-  /// Checks a certain estimate against odometry.
+  /// Compares a confident estimate with odometry.
   void check(const SE2& map_T_base);
 
-  /// The reason to stop; empty if there is none. `lasting`: whether it lasts until forget().
+  /// The reason to stop; empty if there is none. `lasting`: whether it persists until forget() is called.
   [[nodiscard]] std::string alarm() const;
   [[nodiscard]] bool lasting() const { return !alarm_.empty(); }
   void forget();
@@ -69,7 +69,7 @@ class ReplayWatch {
     SensorTime to{};
     [[nodiscard]] bool overlaps(const Gap& other) const { return from < other.to && other.from < to; }
   };
-  /// A tag with the values of its detection.
+  /// A tag as it was detected.
   struct SeenTag {
     TagId tag{};
     std::array<double, 8> numbers{};
@@ -82,12 +82,12 @@ class ReplayWatch {
   WatchOptions options_;
   std::string alarm_{};
   std::optional<SensorTime> tick_{};
-  std::optional<Gap> command_gap_{};   ///< between two commands, until its cause is determined
+  std::optional<Gap> command_gap_{};   ///< gap between two commands, until its cause is determined
   std::optional<Gap> odometry_gap_{};  ///< the newest gap between two odometry samples
   std::optional<Odometry> odometry_{};
   SE2 odom_T_checked_{};
   std::optional<SE2> map_T_checked_{};
-  /// The newest detections of a camera, with the time since which they repeat.
+  /// The newest detections from a camera and the time since which they have been repeating.
   struct Shown {
     std::vector<SeenTag> tags{};
     SE2 odom_T_frame{};

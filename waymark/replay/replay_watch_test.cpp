@@ -1,4 +1,4 @@
-// Tests faults outside the replay that stop it: clock jumps, robots moved by hand, frozen cameras.
+// Tests external faults that stop a replay: clock jumps, robots moved by hand, and frozen cameras.
 #include "waymark/replay/replay_watch.hpp"
 
 #include <gmock/gmock.h>
@@ -36,7 +36,7 @@ TEST(ReplayWatch, ReportsClockJumpsMotionByHandAndFrozenCameras) {
   for (int i = 0; i < 40; ++i) {
     frame.stamp += std::chrono::milliseconds(50);
     frozen.add(Odometry{.stamp = frame.stamp, .odom_T_base = SE2(0, 0, 0)});
-    EXPECT_TRUE(frozen.add(frame)) << "the image is constant at standstill";
+    EXPECT_TRUE(frozen.add(frame)) << "the image does not change while the robot is stationary";
   }
   for (int i = 0; i < 40; ++i) {
     frame.stamp += std::chrono::milliseconds(50);
@@ -78,11 +78,11 @@ TEST(ReplayWatch, RepeatedTagPosesAreAFrozenCamera) {
   }
   EXPECT_FALSE(watch.alarm().empty());
   frame.tags[0].cam_T_tag = SE3(SO3::exp({0, 1e-9, 0}), Eigen::Vector3d(0, 0, 1));
-  EXPECT_TRUE(watch.add(frame)) << "the smallest rotation is a new image";
+  EXPECT_TRUE(watch.add(frame)) << "the smallest rotation produces a new image";
   EXPECT_TRUE(watch.alarm().empty());
 }
 
-/// Commands and odometry every 50 ms, except for one second without commands.
+/// Commands and odometry every 50 ms, with one second in which there are no commands.
 class AfterASecond {
  public:
   AfterASecond() {
@@ -101,7 +101,7 @@ TEST(ReplayWatch, ALateComputerIsNotAClockJump) {
   testing::expect_on_page("replay", late.watch.alarm());
   for (int ms = 550; ms < 1200; ms += 50) late.receive(ms);
   late.watch.tick(AfterASecond::at(1520));
-  EXPECT_FALSE(late.watch.alarm().empty()) << "the odometry is not complete yet";
+  EXPECT_FALSE(late.watch.alarm().empty()) << "odometry has not caught up yet";
   EXPECT_FALSE(late.watch.lasting());
   for (int ms = 1200; ms <= 1500; ms += 50) late.receive(ms);
   EXPECT_EQ(late.watch.alarm(), "");

@@ -21,7 +21,8 @@ double angle_between(double from, double to) {
   return std::abs(std::remainder(to - from, 2 * std::numbers::pi));
 }
 
-/// Driving direction at each point, over a distance long enough to average the noise of single points.
+/// Driving direction at each point, taken over a distance long enough to average out the noise of single
+/// points.
 std::vector<double> directions(const std::vector<Eigen::Vector2d>& line, double step_m) {
   constexpr double kReachMetres = 0.25;
   const auto reach = static_cast<std::size_t>(std::max(1L, std::lround(kReachMetres / step_m)));
@@ -33,7 +34,7 @@ std::vector<double> directions(const std::vector<Eigen::Vector2d>& line, double 
   return angles;
 }
 
-/// A line with equal spacing and its directions.
+/// An evenly spaced line and its directions.
 class DrivenLine {
  public:
   DrivenLine(const std::vector<Eigen::Vector2d>& line, double step_m, const LapClosing& closing)
@@ -41,8 +42,8 @@ class DrivenLine {
     window_ = 1 + static_cast<std::size_t>(std::ceil(closing.distance_m / step_m));
   }
 
-  /// For each visit of the start in the direction of the start, the point nearest to it. The line leaves the
-  /// start between two visits.
+  /// For each time the line comes back to its start in the original direction, the point nearest to the
+  /// start. The line moves away from the start in between.
   [[nodiscard]] std::vector<std::size_t> returns() const {
     std::vector<std::size_t> all;
     bool left = false;
@@ -66,11 +67,11 @@ class DrivenLine {
     return all;
   }
 
-  /// Whether the line from point `loop` on follows the points from the first one on. Departures shorter than
-  /// the closing distance are noise, for example of a trajectory from single tags.
+  /// Whether the line from point `loop` onwards follows the points from the first one onwards. Deviations
+  /// shorter than the closing distance are treated as noise, for example in a trajectory from single tags.
   [[nodiscard]] bool rest_repeats(std::size_t loop) const {
     std::size_t at = 0;
-    std::size_t departed = 0;  // number of points
+    std::size_t departed = 0;  // in points
     for (std::size_t i = loop; i < line_.size(); ++i) {
       const auto next = nearest_ahead(i, at, loop);
       departed = next ? 0 : departed + 1;
@@ -85,7 +86,7 @@ class DrivenLine {
     return angle_between(angles_[i], angles_[j]) < closing_.angle_rad;
   }
 
-  /// The point of the loop, from `at` on, that is nearest to point `i` and has the same direction.
+  /// The point on the loop, from `at` onwards, that is nearest to point `i` and has the same direction.
   [[nodiscard]] std::optional<std::size_t> nearest_ahead(std::size_t i, std::size_t at,
                                                          std::size_t loop) const {
     std::optional<std::size_t> nearest;
@@ -103,7 +104,7 @@ class DrivenLine {
   const std::vector<Eigen::Vector2d>& line_;
   std::vector<double> angles_;
   LapClosing closing_;
-  std::size_t window_ = 0;  ///< number of points
+  std::size_t window_ = 0;  ///< in points
 };
 
 }  // namespace
@@ -164,7 +165,7 @@ Line solve(const Line& line, bool closed, const std::vector<double>& third,
   triplets.reserve(line.size() * 26);
   Eigen::MatrixX2d b(n, 2);
   for (std::ptrdiff_t i = 0; i < n; ++i) {
-    // The ends of an open line are defined by the placement of the robot, so they have ten times the weight
+    // The ends of an open line are where the robot was deliberately placed, so they have ten times the weight
     // of other points.
     const double weight = !closed && (i == 0 || i + 1 == n) ? 10.0 : 1.0;
     triplets.emplace_back(i, i, weight);
@@ -215,7 +216,7 @@ Line smooth_line(const Line& line, bool closed, double step_m, double wave_m, do
     for (std::size_t i = 0; i < n; ++i) {
       if (std::abs(bent[i]) <= max_curvature_1_m * 0.99) continue;
       straight_enough = straight_enough && std::abs(bent[i]) <= max_curvature_1_m;
-      const std::size_t row = (i + n - 1) % n;  // the row whose middle is this point
+      const std::size_t row = (i + n - 1) % n;  // the row centred on this point
       seconds[row] = std::max(1.0, 1.5 * seconds[row]);
     }
     if (straight_enough) break;
@@ -245,9 +246,9 @@ Eigen::Vector2d sideways_gap(const Line& line) {
   return gap - gap.dot(along) * along;
 }
 
-/// Distributes the sideways part of the gap between end and start of a lap over one metre, so that the route
-/// closes without a step. If the lap continued beyond its start, the gap is distributed over the overlap,
-/// since both passes were taught. Otherwise the end of the lap is moved. Along the route only the length of
+/// Closes the sideways gap between the end and the start of a lap gradually over one metre, so that the route
+/// closes without a step. If the lap continued beyond its start, the correction is spread over the overlap,
+/// since both passes were taught. Otherwise the end of the lap is moved. Along the route, only the length of
 /// the last segment changes.
 void close_gap(Line& line, double step_m, std::size_t overlap) {
   constexpr std::size_t kLeastOverlap = 4;
@@ -266,7 +267,7 @@ void close_gap(Line& line, double step_m, std::size_t overlap) {
   }
 }
 
-/// Moves every point of the line to the mean of the nearest driven points, so that all of them contribute and
+/// Moves every point on the line to the mean of the nearest driven points, so that all of them contribute,
 /// not only those at the end of a step. Points are matched in order, so a line may cross itself.
 Line average_onto(const Line& line, const Line& driven) {
   Line sum(line.size(), Eigen::Vector2d::Zero());
@@ -282,19 +283,19 @@ Line average_onto(const Line& line, const Line& driven) {
   return sum;
 }
 
-/// A part of the drive without a change of direction.
+/// A part of the drive in which the direction does not change.
 struct Leg {
   Line driven{};
   bool backwards = false;
 };
 
-/// Splits the drive where the robot reversed. A few centimetres in the other direction are an unintended
-/// motion.
+/// Splits the drive where the robot reversed. A few centimetres in the opposite direction are taken to be
+/// unintentional.
 std::vector<Leg> legs_of(const Trajectory& trajectory) {
   constexpr double kReversedMetres = 0.10;
   std::vector<Leg> legs(1);
   double reversed_m = 0;
-  std::size_t reversed_from = 0;  // index at which the current leg began to go the other way
+  std::size_t reversed_from = 0;  // index at which the current leg began to move in the opposite direction
   bool known = false;
   for (const StampedPose& pose : trajectory) {
     const SE2 map_T_base = project_to_plane(pose.map_T_base);
@@ -365,7 +366,7 @@ Result<BuiltRoute> build_route(const Trajectory& trajectory, const RouteOptions&
     route.closed = loop.has_value();
     line = internal::smooth_line(line, route.closed, options.step_m, options.smoothing_m,
                                  options.max_curvature_1_m);
-    // A leg begins at the end of the previous one, so that point exists already.
+    // A leg begins at the end of the previous one, so its first point already exists.
     if (!route.points.empty()) line.erase(line.begin());
     append(route, line, route.closed, leg.backwards ? -options.speed_m_s : options.speed_m_s);
   }

@@ -19,7 +19,7 @@ using test::circle_lap;
 constexpr double kPi = std::numbers::pi;
 constexpr double kStep_m = 0.01;
 
-/// A drive of straight segments and arcs, with noise of 4 mm and 0.5 degrees per pose.
+/// A drive made of straight segments and arcs, with noise of 4 mm and 0.5 degrees in each pose.
 class Drive {
  public:
   Drive& ahead(double metres) { return arc(metres, 0); }
@@ -54,7 +54,7 @@ class Drive {
   double length_m_ = 0;
 };
 
-/// A stadium of 4 m straights and 1 m radius, driven once counter-clockwise (+1) or clockwise (-1).
+/// A stadium with 4 m straights and a 1 m radius, driven once counter-clockwise (+1) or clockwise (-1).
 constexpr double kStadium_m = 8 + 2 * kPi;
 void stadium(Drive& drive, double side = 1) {
   drive.ahead(4).turn(side * kPi, 1).ahead(4).turn(side * kPi, 1);
@@ -114,7 +114,8 @@ TEST(RouteOfALap, BothLoopsBesideASharedStraightAreKept) {
   EXPECT_NEAR(route.repeated_m, 0, 0.15);
   Drive again;
   for (const double side : {1.0, -1.0, 1.0, -1.0}) stadium(again, side);
-  EXPECT_NEAR(route_of(again).length_m, 2 * kStadium_m, 0.3) << "driven twice, once in the route";
+  EXPECT_NEAR(route_of(again).length_m, 2 * kStadium_m, 0.3)
+      << "driven twice, but included in the route once";
   Drive one_more;
   for (const double side : {1.0, 1.0, -1.0}) stadium(one_more, side);
   EXPECT_NEAR(route_of(one_more).length_m, 3 * kStadium_m, 0.45) << "in the order in which it was driven";

@@ -16,9 +16,9 @@ namespace {
 
 using internal::Line;
 
-constexpr int kOffsets = 11;  // of the grid; an odd number, so that the taught route is one of them
+constexpr int kOffsets = 11;  // number of offsets in the grid; odd, so that the taught route is one of them
 
-/// Survey of the offsets at one point of the taught route.
+/// The offsets surveyed at one point on the taught route.
 struct SurveyedPlace {
   Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
   Eigen::Vector2d left = Eigen::Vector2d::Zero();
@@ -46,8 +46,8 @@ SurveyedPlace survey(const SE2& map_T_base, const RouteScene& scene, double corr
   return station;
 }
 
-/// Extends the allowed range to both sides while clearance and visibility are not worse than on the taught
-/// route.
+/// Extends the allowed range to both sides as long as clearance and visibility are no worse than on the
+/// taught route.
 void find_allowed(SurveyedPlace& station, double least_clearance_m, double corridor_m) {
   constexpr int kMiddle = kOffsets / 2;
   const double needed = std::min(2.0, station.tags[kMiddle]);
@@ -70,7 +70,7 @@ double look_up(const std::array<double, kOffsets>& grid, double offset_m, double
   return (1 - u) * grid[k] + u * grid[k + 1];
 }
 
-/// Moves stations to the corresponding points; both routes have the same number of points.
+/// Moves stations to the corresponding points on the other route; both routes have the same number of points.
 void take_stations(const Route& like, Route& route) {
   const auto arc_at = [](const Route& of, std::size_t i) {
     return i < of.points.size() ? of.points[i].arc_length_m : of.length_m;
@@ -117,7 +117,7 @@ double smoothness(const Route& route) {
   return sum / std::max(route.length_m, 1e-9);
 }
 
-/// The search: an offset at every point, modified by smooth bumps.
+/// The search, which varies the offset at every point by adding smooth bumps.
 class Search {
  public:
   Search(const Route& taught, const RouteScene& scene, const ProfileOptions& profile,
@@ -165,7 +165,7 @@ class Search {
       const double u = std::abs(away) / half_width_m;
       if (u >= 1) continue;
       double bump = std::pow(1 - u * u, 3);
-      if (!taught_.closed) {  // the ends of an open route, and their directions, stay as taught
+      if (!taught_.closed) {  // the ends of an open route and their directions stay as taught
         const double s = taught_.points[i].arc_length_m;
         bump *= std::pow(std::clamp(std::min(s, taught_.length_m - s) / 0.5, 0.0, 1.0), 3);
       }
@@ -224,7 +224,7 @@ class Search {
   double border_weight_ = 0;
 };
 
-/// Compares the routes themselves, because the limits on the grid are coarse.
+/// Compares the routes themselves, because the limits on the grid are only coarse.
 bool no_worse(const RouteFigures& a, const RouteFigures& taught) {
   constexpr double kRoundingMetres = 1e-3;
   return a.min_clearance_m >= taught.min_clearance_m - kRoundingMetres &&

@@ -49,11 +49,11 @@ struct RouteFigures {
   double lap_s = 0;
   double length_m = 0;
   double max_curvature_1_m = 0;
-  double smoothness_1_m4 = 0;  ///< mean squared derivative of the curvature over distance
-  double min_clearance_m = 0;  ///< minimum distance in space from the hull to a tag
+  double smoothness_1_m4 = 0;  ///< mean squared derivative of the curvature with respect to distance
+  double min_clearance_m = 0;  ///< minimum 3D distance from the hull to a tag
   double two_tags_fraction = 0;
   double mean_tags = 0;
-  double largest_offset_m = 0;  ///< from the taught route
+  double largest_offset_m = 0;  ///< largest offset from the taught route
 };
 
 struct OptimizedRoute {
@@ -62,7 +62,7 @@ struct OptimizedRoute {
   RouteFigures optimized{};
 };
 
-/// Tags, cameras and robot that a route is evaluated with.
+/// The tags, cameras and robot used to evaluate a route.
 struct RouteScene {
   const TagMap* tags = nullptr;
   const RobotModel* robot = nullptr;
@@ -74,11 +74,12 @@ struct RouteScene {
 
 /// Optimises the lateral offset from the taught route by pattern search (Kolda, Lewis and Torczon,
 /// "Optimization by Direct Search", SIAM Review 45(3), 2003) over smooth bumps from wide to narrow. The cost
-/// contains lap time by with_speed_profile(), smoothness, clearance and visible tags. Offsets are penalised
-/// if their clearance is below the minimum of the taught route, or if fewer than two tags are visible where
-/// the taught route has two. If the result is worse in either, the taught route is returned. Visible tags and
-/// clearance are tabulated on a grid of offsets with the taught heading. Fails on a route that changes
-/// direction and on options outside their range. O(points * (tags + rounds * length / narrowest)).
+/// combines the lap time computed by with_speed_profile(), smoothness, clearance and visible tags. Offsets
+/// are penalised if their clearance is below the minimum of the taught route, or if fewer than two tags are
+/// visible where the taught route has two. If the result is worse in either respect, the taught route is
+/// returned. Visible tags and clearance are tabulated on a grid of offsets with the taught heading. Fails if
+/// the route changes direction or an option is out of range. O(points * (tags + rounds * length /
+/// narrowest)).
 [[nodiscard]] Result<OptimizedRoute> optimize_route(const Route& taught, const RouteScene& scene,
                                                     const ProfileOptions& profile,
                                                     const OptimizerOptions& options);

@@ -1,5 +1,5 @@
-// Tests that the optimised route stays in its corridor and within the curvature limit, and is as fast as the
-// result of a much denser search. It is not worse than the taught route in clearance or visibility.
+// Tests that the optimised route stays within its corridor and the curvature limit, and is as fast as the
+// result of a much denser search. It must be no worse than the taught route in clearance or visibility.
 #include "waymark/replay/route_optimizer.hpp"
 
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-/// An oval of straights and tight bends with a wiggle, with points every 5 cm.
+/// An oval made of straights and tight bends, with a wiggle and points every 5 cm.
 Route oval() {
   Route route{.closed = true};
   constexpr int kPoints = 240;
@@ -63,7 +63,7 @@ TEST(RouteOptimizer, IsAsFastAsADenserSearchAndStaysInItsCorridor) {
             std::max(options.max_curvature_1_m, found->taught.max_curvature_1_m));
 }
 
-// The optimum on a circle is known: the inner edge of the corridor, at speed sqrt(a r).
+// The optimum on a circle is known: the inner edge of the corridor at speed sqrt(a r).
 TEST(RouteOptimizer, FindsTheInnerEdgeOfACircle) {
   Route circle{.closed = true};
   constexpr int kPoints = 200;

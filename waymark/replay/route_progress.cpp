@@ -54,12 +54,13 @@ RouteProgress foot_on(const Route& route, std::size_t i, const SE2& map_T_base) 
 bool backwards(const Route& route, std::size_t i) { return route.points[i].speed_m_s < 0; }
 
 /// Whether the segment after a point is driven backwards. A segment has the direction of the point at its
-/// end; the point at a change of direction is the last of one leg.
+/// end; a point where the direction changes is the last one of its leg.
 bool stretch_backwards(const Route& route, std::size_t i) {
   return backwards(route, (i + 1) % route.points.size());
 }
 
-/// Sets the leg of a foot point. A closed route that changes direction begins a leg at its first point.
+/// Sets the leg of a foot point. On a closed route with changes of direction, a leg begins at the first
+/// point.
 void find_leg(const Route& route, RouteProgress& progress) {
   const bool way = stretch_backwards(route, progress.index);
   std::size_t first = progress.index;
@@ -75,7 +76,7 @@ bool changes_direction(const Route& route) {
       route.points, [&](const RoutePoint& point) { return (point.speed_m_s < 0) != backwards(route, 0); });
 }
 
-/// Cost of a foot point for the choice between branches [m].
+/// Cost of a foot point when choosing between branches [m].
 double branch_cost(const RouteProgress& at) {
   constexpr double kMetresPerRadian = 0.3;
   return std::hypot(at.cross_track_m, kMetresPerRadian * at.heading_error_rad);
@@ -151,7 +152,7 @@ constexpr double kBeyond_m = 1e-6;
 
 }  // namespace
 
-/// Selects the nearest station at or after a travelled distance.
+/// Selects the nearest station at or beyond a travelled distance.
 void StationStops::aim(double from_m) {
   next_way_m_.reset();
   for (std::size_t i = 0; i < stations_.size(); ++i) {

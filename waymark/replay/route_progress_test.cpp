@@ -20,7 +20,7 @@ constexpr double kPi = std::numbers::pi;
 
 TEST(RouteProgress, SignedCrossTrackAndHeading) {
   const auto route = build_route(circle_lap(0, 1.05));
-  const SE2 inside(1.9, 0, kPi / 2 + 0.1);  // left of a counter-clockwise circle, turned left
+  const SE2 inside(1.9, 0, kPi / 2 + 0.1);  // left of a counter-clockwise circle, turned to the left
   const RouteProgress progress = locate(*route, inside);
   EXPECT_NEAR(progress.cross_track_m, 0.1, 0.005);
   EXPECT_NEAR(progress.heading_error_rad, 0.1, 0.01);
@@ -59,16 +59,16 @@ TEST(RouteProgress, OvershootingATurningPointBeginsTheNextLeg) {
   EXPECT_NEAR(progress.leg_end_m, 1, 1e-9);
   double x = 0.01;
   for (; x < 0.975; x += 0.01) progress = advance(route, SE2(x, 0, 0), progress);
-  EXPECT_NEAR(progress.leg_end_m, 1, 1e-9) << "not at the turning point yet";
+  EXPECT_NEAR(progress.leg_end_m, 1, 1e-9) << "has not reached the turning point yet";
   for (; x < 1.05; x += 0.01) progress = advance(route, SE2(x, 0, 0), progress);
   EXPECT_NEAR(progress.leg_begin_m, 1, 1e-9);
   EXPECT_NEAR(progress.leg_end_m, 2, 1e-9);
   EXPECT_LT(speed_at(route, progress.index, progress.arc_length_m), 0) << "the next leg is driven backwards";
   for (; x > -0.05; x -= 0.01) progress = advance(route, SE2(x, 0, 0), progress);
-  EXPECT_NEAR(progress.arc_length_m, 2, 1e-9) << "clamped at the end";
+  EXPECT_NEAR(progress.arc_length_m, 2, 1e-9) << "clamped to the end of the route";
 }
 
-// Stations of a route: each is served once per pass, in order, for its dwell time.
+// Stations along a route: each is served once per pass, in order, for its dwell time.
 
 Route route_with(std::vector<Station> stations, bool closed) {
   Route route{.closed = closed, .length_m = 10};
@@ -76,7 +76,8 @@ Route route_with(std::vector<Station> stations, bool closed) {
   return route;
 }
 
-/// Drives in steps of 1 cm, or stops for 0.1 s; returns the served stations with their stop steps, "shelf 5".
+/// Drives in steps of 1 cm or stops for 0.1 s; returns the stations served with the number of steps spent
+/// there, such as "shelf 5".
 std::vector<std::string> served(StationStops stops, double from_m, double to_m) {
   std::vector<std::string> all;
   stops.begin(from_m);
@@ -135,7 +136,7 @@ TEST(StationStops, DoesNotServeStationsBehindTheResumePoint) {
   stops.begin(5);
   EXPECT_NEAR(stops.left_m(5), 2, 1e-12);
   stops.arrive(7, 0.01);
-  stops.begin(7.02);  // paused and resumed: it is still at the station
+  stops.begin(7.02);  // after a pause, the robot is still at the station
   ASSERT_NE(stops.current(), nullptr);
   stops.dwell(2);
   stops.begin(6.98);

@@ -11,14 +11,14 @@
 namespace waymark {
 namespace {
 
-/// After a stop for position uncertainty the limit is lower, so that the robot does not alternate between
+/// After a stop due to position uncertainty the limit is lower, so that the robot does not alternate between
 /// creeping and stopping.
 double most_sigma_m(const SafetyInputs& in, const SafetyOptions& options) {
   return in.unsure ? std::min(options.slow_position_sigma_m, options.stop_position_sigma_m)
                    : options.stop_position_sigma_m;
 }
 
-/// The first reason to stop. Comparisons are written so that a NaN is a reason.
+/// The first reason to stop. Comparisons are written so that a NaN also causes a stop.
 std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const SafetyInputs& in,
                                           const SafetyOptions& options) {
   if (!std::isfinite(wanted.speed_m_s) || !std::isfinite(wanted.yaw_rate_rad_s))
@@ -70,14 +70,15 @@ std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const S
   return std::nullopt;
 }
 
-/// Approaches `wanted` by at most `up`, or by `down` towards zero; never crosses zero in one step.
+/// Moves towards `wanted` by at most `up`, or by at most `down` when slowing towards zero; never crosses zero
+/// in one step.
 double ramp(double last, double wanted, double up, double down) {
   if (last < 0 || (last == 0 && wanted < 0)) return -ramp(-last, -wanted, up, down);
   if (wanted >= last) return std::min(wanted, last + up);
   return std::max({wanted, 0.0, last - down});
 }
 
-/// Braking along the current curve.
+/// Brakes along the current curve.
 VelocityCommand braked(const SafetyInputs& in, const SafetyOptions& options, double dt_s) {
   VelocityCommand last = in.last;
   if (!std::isfinite(last.speed_m_s)) return {};
@@ -90,13 +91,13 @@ VelocityCommand braked(const SafetyInputs& in, const SafetyOptions& options, dou
 
 constexpr double kLeastShare = 0.2;
 
-/// 1 where slowing begins, decreasing to a fifth at the stop limit.
+/// 1 where slowing down begins, decreasing to a fifth at the stop limit.
 double share_of(double value, double slow, double stop) {
   const double between = slow - stop;
   return std::abs(between) > 1e-9 ? std::clamp((value - stop) / between, kLeastShare, 1.0) : kLeastShare;
 }
 
-/// Share of the wanted speed that position uncertainty and obstacles allow.
+/// Fraction of the requested speed that position uncertainty and obstacles allow.
 double share_left(const VelocityCommand& wanted, const SafetyInputs& in, const SafetyOptions& options) {
   double share = in.contradicting_frames > 0 ? kLeastShare : 1;
   if (in.position_sigma_m > options.slow_position_sigma_m)
@@ -120,7 +121,7 @@ SafetyVerdict limit(const VelocityCommand& wanted, const SafetyInputs& inputs, c
   }
   double share = share_left(wanted, inputs, options);
   verdict.slowed = share < 1;
-  // Speed and yaw rate are scaled together, so that the curvature is unchanged.
+  // Speed and yaw rate are scaled together, so that the curvature does not change.
   const auto shrink = [&](double value, double most) {
     if (std::abs(value) * share > most) share = most / std::abs(value);
   };
@@ -158,7 +159,7 @@ std::optional<std::string> start_refusal(double distance_m, double heading_error
 
 namespace {
 
-/// Position relative to a circle tangent to the heading of the base: distance along it, and offset to the
+/// Position relative to a circle tangent to the base heading: the distance along it and the offset to the
 /// left.
 struct Along {
   double way_m = 0;

@@ -98,40 +98,41 @@ struct SafetyInputs {
   double picture_age_s = 0;   ///< 0 before the first image
   double blind_m = 0;         ///< distance driven since the last accepted tag
   double taught_blind_m = 0;  ///< longest distance without a tag in the taught lap
-  std::string missed{};       ///< description of expected tags that were not found
+  std::string missed{};       ///< description of tags that were expected but not found
   bool localized = false;
   double position_sigma_m = 0;   ///< largest standard deviation in the plane
-  int contradicting_frames = 0;  ///< consecutive, up to the newest
-  bool unsure =
-      false;  ///< SafetyVerdict::unsure of the last verdict: the robot is stopped for position uncertainty
+  int contradicting_frames = 0;  ///< number of consecutive contradicting frames, up to the newest
+  bool unsure = false;  ///< SafetyVerdict::unsure from the last verdict: whether the robot is stopped due to
+                        ///< position uncertainty
   double cross_track_m = 0;
   double clearance_m = 0;
   double obstacle_m = std::numeric_limits<double>::infinity();  ///< free distance ahead of the hull
-  double dt_s = 0;                                              ///< since the last command
+  double dt_s = 0;                                              ///< time since the last command
   VelocityCommand last{};                                       ///< the previous command
-  std::string alarm{};  ///< reason to stop from another check; empty: none
+  std::string alarm{};  ///< reason to stop from another check; empty if there is none
 };
 
 struct SafetyVerdict {
-  VelocityCommand command{};             ///< may be sent
-  std::optional<std::string> stopped{};  ///< reason of a stop; the command then brakes to zero
+  VelocityCommand command{};             ///< command that may be sent
+  std::optional<std::string> stopped{};  ///< reason for a stop; the command then brakes to zero
   bool slowed = false;
-  bool unsure = false;  ///< stopped because the uncertainty of the position is too large
+  bool unsure = false;  ///< stopped because the position uncertainty is too large
 };
 
 /// Limits a command; every command to the motors passes through this function. Pure: equal inputs give equal
-/// verdicts. Any NaN causes a stop. A stop brakes along the current curve with max_deceleration_m_s2.
+/// verdicts. Any NaN causes a stop. A stop brakes along the current curve at max_deceleration_m_s2.
 [[nodiscard]] SafetyVerdict limit(const VelocityCommand& wanted, const SafetyInputs& inputs,
                                   const SafetyOptions& options);
 
-/// The reason why the robot may not start at this position, with the correction; none if it may. `distance_m`
-/// is positive if the robot is left of the route, the heading error if it points to the left.
+/// The reason why the robot may not start at this position, and how to correct it; `nullopt` if it may start.
+/// `distance_m` is positive if the robot is to the left of the route, and the heading error is positive if it
+/// points to the left.
 [[nodiscard]] std::optional<std::string> start_refusal(double distance_m, double heading_error_rad,
                                                        const SafetyOptions& options);
 
-/// Distance that the hull, widened by `margin_m` on both sides, can drive along a curve until it reaches an
-/// obstacle in a scan; `backwards`: in reverse. Infinite if no obstacle is within `reach_m`. Points inside
-/// the hull belong to the robot. O(rays).
+/// Distance that the hull, widened by `margin_m` on both sides, can travel along a curve before it reaches an
+/// obstacle in a scan; in reverse if `backwards`. Infinite if there is no obstacle within `reach_m`. Points
+/// inside the hull are part of the robot. O(rays).
 [[nodiscard]] double free_way_m(const LaserScan& scan, const SE2& base_T_lidar, const Hull& hull,
                                 double curvature_1_m, bool backwards, double margin_m = 0.03,
                                 double reach_m = 3);

@@ -1,4 +1,5 @@
-// Tests the limiter alone: every reason stops, no command exceeds a limit, and a NaN never passes.
+// Tests the limiter in isolation: every reason causes a stop, no command exceeds a limit, and a NaN never
+// gets through.
 #include "waymark/replay/safety_limiter.hpp"
 
 #include <cmath>
@@ -28,8 +29,8 @@ TEST(LidarZone, MeasuresTheFreeDistanceAlongACurve) {
   scan.ranges_m.assign(360, std::numeric_limits<float>::infinity());
   scan.ranges_m[180] = 1.0F;  // straight ahead
   EXPECT_NEAR(free_way_m(scan, SE2(), hull, 0, false), 0.84, 1e-6);
-  EXPECT_TRUE(std::isinf(free_way_m(scan, SE2(), hull, 1.5, false))) << "the curve passes the obstacle";
-  EXPECT_TRUE(std::isinf(free_way_m(scan, SE2(), hull, 0, true))) << "the obstacle is not behind";
+  EXPECT_TRUE(std::isinf(free_way_m(scan, SE2(), hull, 1.5, false))) << "the obstacle is not on the curve";
+  EXPECT_TRUE(std::isinf(free_way_m(scan, SE2(), hull, 0, true))) << "there is no obstacle behind the robot";
   scan.ranges_m[0] = 0.5F;  // behind
   EXPECT_NEAR(free_way_m(scan, SE2(), hull, 0, true), 0.34, 1e-6);
   scan.ranges_m.assign(360, std::nanf(""));
@@ -147,7 +148,7 @@ TEST(SafetyLimiter, DoesNotCreepAfterAStopForPositionUncertainty) {
   EXPECT_FALSE(verdict.stopped || verdict.unsure);
 }
 
-/// Arbitrary inputs from far below to far above the limits, sometimes NaN.
+/// Arbitrary inputs ranging from far below to far above the limits, sometimes NaN.
 SafetyInputs any_inputs(Random& random) {
   SafetyInputs inputs = all_well();
   inputs.last = {random.uniform(-0.5, 0.5), random.uniform(-1.5, 1.5)};
@@ -181,7 +182,7 @@ TEST(SafetyLimiter, LimitsHoldForArbitraryInputs) {
     const double turning = std::abs(out.yaw_rate_rad_s) - std::abs(inputs.last.yaw_rate_rad_s);
     ASSERT_LE(turning, options.max_yaw_acceleration_rad_s2 * inputs.dt_s + 1e-12);
     if (verdict.stopped) {
-      ASSERT_LE(faster, 0) << "a stop never speeds up";
+      ASSERT_LE(faster, 0) << "a stop never increases the speed";
     }
   }
   EXPECT_GT(stops, 1000);

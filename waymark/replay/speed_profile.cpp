@@ -65,7 +65,7 @@ double speed_at(const Route& route, std::size_t index, double arc_length_m) {
   const RoutePoint& b = route.points[(index + 1) % n];
   const double stretch = std::max(distance_to_next(route, index), 1e-12);
   const double u = std::clamp((arc_length_m - a.arc_length_m) / stretch, 0.0, 1.0);
-  // Constant acceleration: the square of the speed is linear in the distance.
+  // With constant acceleration, the squared speed is linear in the distance.
   const double squared = (1 - u) * a.speed_m_s * a.speed_m_s + u * b.speed_m_s * b.speed_m_s;
   // At a change of direction, the segment after the turning point belongs to the next leg.
   return std::copysign(std::sqrt(squared), b.speed_m_s);

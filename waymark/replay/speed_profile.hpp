@@ -34,17 +34,17 @@ struct ProfileOptions {
   }
 };
 
-/// Sets the speed of each point: the requested speed, reduced in curves (sqrt(a / curvature), yaw rate) and
-/// by the acceleration limits before and after them (forward-backward pass: Bobrow, Dubowsky and Gibson,
-/// "Time-Optimal Control of Robotic Manipulators Along Specified Paths", IJRR 4(3), 1985, for a limit that
-/// does not depend on the speed). The speed is zero at the end of an open route and at changes of direction;
-/// a closed route has no stop. The sign of the speed (negative: backwards) is kept. O(points).
+/// Sets the speed at each point to the requested speed, reduced in curves (sqrt(a / curvature), yaw rate)
+/// and, before and after them, by the acceleration limits (forward-backward pass: Bobrow, Dubowsky and
+/// Gibson, "Time-Optimal Control of Robotic Manipulators Along Specified Paths", IJRR 4(3), 1985, for a limit
+/// that does not depend on the speed). The speed is zero at the end of an open route and at changes of
+/// direction; a closed route has no stop. The sign of the speed (negative: backwards) is kept. O(points).
 [[nodiscard]] Route with_speed_profile(Route route, const ProfileOptions& options);
 
 /// Signed speed at an arc length on the segment after point `index`.
 [[nodiscard]] double speed_at(const Route& route, std::size_t index, double arc_length_m);
 
-/// Duration of a profile with a flying start.
+/// Time to drive a profile with a flying start.
 [[nodiscard]] double duration_s(const Route& route);
 
 }  // namespace waymark
