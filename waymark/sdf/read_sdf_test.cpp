@@ -1,4 +1,4 @@
-// Errors for missing and invalid files.
+// Tests the errors for missing and invalid files.
 #include "waymark/sdf/read_sdf.hpp"
 
 #include <filesystem>

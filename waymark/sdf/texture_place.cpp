@@ -13,14 +13,14 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-/// Adds a rectangle around `middle`; `right` and `down` are its sides along the texture axes, as seen from
-/// outside.
+/// Adds a rectangle centred on `middle`; `right` and `down` are its sides along the texture axes, as seen
+/// from outside.
 void add_face(const Vec3& middle, const Vec3& right, const Vec3& down,
               std::vector<TexturedTriangle>& triangles) {
   const Vec3 top_left = middle - right / 2 - down / 2;
   const std::array<Vec3, 4> p = {top_left, top_left + right, top_left + right + down, top_left + down};
   const std::array<Eigen::Vector2d, 4> uv = {Eigen::Vector2d(0, 0), {1, 0}, {1, 1}, {0, 1}};
-  triangles.push_back({{p[0], p[2], p[1]}, {uv[0], uv[2], uv[1]}});  // counter-clockwise from outside
+  triangles.push_back({{p[0], p[2], p[1]}, {uv[0], uv[2], uv[1]}});  // counter-clockwise as seen from outside
   triangles.push_back({{p[0], p[3], p[2]}, {uv[0], uv[3], uv[2]}});
 }
 
@@ -42,7 +42,7 @@ void add_plane(const SdfVisual& plane, std::vector<TexturedTriangle>& triangles)
            turn * (-plane.size_m.y() * Vec3::UnitY()), triangles);
 }
 
-/// Barycentric weights of a point of the texture; nothing if the triangle has no area in the texture.
+/// Barycentric weights of a point in the texture; `nullopt` if the triangle has no area in the texture.
 std::optional<Vec3> weights_at(const TexturedTriangle& triangle, const Eigen::Vector2d& uv) {
   Eigen::Matrix2d sides;
   sides << triangle.uv[1] - triangle.uv[0], triangle.uv[2] - triangle.uv[0];

@@ -37,9 +37,9 @@ TEST(TexturePlace, ABoxShowsTheImageUprightAndNotMirrored) {
     EXPECT_LT((down_of(face) + size_m.z() * Vec3::UnitZ()).norm(), kTiny) << "upright " << i;
   }
   EXPECT_LT((down_of(faces[2]) + size_m.x() * Vec3::UnitX()).norm(), kTiny)
-      << "the upper edge of the top face is at +x";
+      << "the upper edge of the texture on the top face is at +x";
   EXPECT_LT((down_of(faces[5]) - size_m.x() * Vec3::UnitX()).norm(), kTiny)
-      << "the upper edge of the bottom face is at -x";
+      << "the upper edge of the texture on the bottom face is at -x";
 }
 
 TEST(TexturePlace, APlaneFacesAlongItsNormal) {

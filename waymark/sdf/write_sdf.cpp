@@ -54,8 +54,8 @@ std::string fixed_model(std::string_view name, const SE3& world_T_model, std::st
 namespace waymark {
 namespace {
 
-constexpr double kBoard_m = 0.01;     // thickness for a tag without its own board
-constexpr double kBefore_m = 0.0005;  // offset of the tag from its board, against z-fighting
+constexpr double kBoard_m = 0.01;     // board thickness for a tag without a board of its own
+constexpr double kBefore_m = 0.0005;  // distance from the board to the tag, to prevent z-fighting
 constexpr int kPixelsPerCell = 32;
 constexpr double kWhite = 0.9;
 
@@ -63,7 +63,7 @@ std::string texture_name(const TagId& tag) {
   return fmt::format("{}_{}.png", to_string(tag.family), tag.number);
 }
 
-/// The tag with its white margin at kPixelsPerCell pixels per cell.
+/// The tag with its white margin, at kPixelsPerCell pixels per cell.
 Image texture_of(const TagId& tag, double margin_cells) {
   const int cells = family(tag.family).total_width;
   const std::vector<std::uint8_t> bits = bitmap(tag);
@@ -101,7 +101,7 @@ std::string tag_model(const std::string& name, const TagId& tag, const MappedTag
   return sdf_text::fixed_model(name, placed.map_T_tag * tag_T_plane, content);
 }
 
-/// The board between the two sides of a tag that is printed on both.
+/// The board between the front and back of a tag that is printed on both sides.
 std::string board_model(const TagId& tag, const MappedTag& placed, const World& world) {
   const Family& layout = family(tag.family);
   const double paper_m =
@@ -152,7 +152,7 @@ std::string scenery_of(const World& world) {
   return text;
 }
 
-/// Start of the line, oriented along it.
+/// Pose at the start of the line, facing along it.
 SE3 start_of(const World& world) {
   if (world.path_m.size() < 2) return {};
   const Eigen::Vector2d along = world.path_m[1] - world.path_m[0];
@@ -201,7 +201,7 @@ namespace {
 constexpr double kBodyMass_kg = 3.2;
 constexpr double kWheelMass_kg = 0.2;
 constexpr double kWheelWidth_m = 0.045;
-constexpr double kWheelbaseShare = 0.6;  // fraction of the length of the hull
+constexpr double kWheelbaseShare = 0.6;  // as a fraction of the length of the hull
 
 /// Moments of inertia of a homogeneous box.
 std::string box_inertia(double mass_kg, const Eigen::Vector3d& size_m, const SE3& link_T_middle) {
@@ -256,7 +256,7 @@ std::string wheels_of(const RobotModel& model) {
   return text;
 }
 
-/// Gazebo Fortress renders a pinhole camera with its principal point at the image centre.
+/// Gazebo Fortress renders pinhole cameras with the principal point at the image centre.
 std::string camera_of(const RobotDescription& robot, std::vector<std::string>& notes) {
   const CameraModel& camera = robot.camera;
   const auto* pinhole = std::get_if<PinholeRadtan>(&camera.projection());

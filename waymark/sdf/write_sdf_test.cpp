@@ -1,4 +1,4 @@
-// Tests the text alone; tests/gazebo/world_test.py checks that SDFormat reads it.
+// Tests only the text; tests/gazebo/world_test.py checks that SDFormat can read it.
 #include "waymark/sdf/write_sdf.hpp"
 
 #include <cstdio>
@@ -64,7 +64,7 @@ std::size_t count(const std::string& text, const std::string& piece) {
 }
 
 TEST(WriteSdfWorld, EachTagIsAnImageAndEachSideOfABoardAPlane) {
-  const World world = world_named("academy-house");  // has boards printed on both sides
+  const World world = world_named("academy-house");  // has boards that are printed on both sides
   const SdfFiles files = write_sdf_world(world, robot_named("limo-gazebo"));
   EXPECT_EQ(files.textures.size(), world.tags.tags.size());
   EXPECT_EQ(count(files.world, "<albedo_map>"), 2 * world.tags.tags.size());

@@ -1,4 +1,4 @@
-// The only symbol of the module libwaymark-sdf.so.
+// The only symbol exported by the module libwaymark-sdf.so.
 #include "waymark/sdf/read_sdf.hpp"
 #include "waymark/sdf/sdformat/parse_sdf.hpp"
 

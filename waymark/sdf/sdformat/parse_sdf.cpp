@@ -159,7 +159,7 @@ class SceneReader {
   SdfScene& scene_;
 };
 
-/// Locates invalid XML, because SDFormat does not.
+/// Reports where XML is invalid, because SDFormat does not.
 Status check_xml(const fs::path& file) {
   tinyxml2::XMLDocument document;
   if (document.LoadFile(file.c_str()) == tinyxml2::XML_SUCCESS) return {};
@@ -194,7 +194,7 @@ fs::path resolve_uri(const std::string& uri, const std::vector<fs::path>& folder
 Result<SdfScene> parse_sdf(const fs::path& file, const std::vector<fs::path>& folders) {
   if (Status xml = check_xml(file); !xml) return tl::unexpected(xml.error());
   sdf::Console::Instance()->SetQuiet(true);
-  console_bridge::noOutputHandler();  // SDFormat tries to read invalid files as URDF and prints errors
+  console_bridge::noOutputHandler();  // SDFormat tries to read invalid files as URDF and then prints errors
   sdf::ParserConfig config;
   config.SetWarningsPolicy(sdf::EnforcementPolicy::ERR);  // return warnings instead of printing them
   config.SetFindCallback([&](const std::string& uri) { return resolve_uri(uri, folders).string(); });

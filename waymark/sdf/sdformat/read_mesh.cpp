@@ -38,8 +38,8 @@ void add_triangles(const aiMesh& mesh, const Eigen::Vector3d& scale, MeshSurface
   }
 }
 
-/// The texture file: the material's path, or a file next to the mesh or in materials/textures as in Gazebo
-/// models.
+/// The texture file: the path from the material, or a file next to the mesh or, as in Gazebo models, in
+/// materials/textures.
 fs::path texture_of(const aiScene& scene, const fs::path& mesh) {
   for (const aiMaterial* material : std::span(scene.mMaterials, scene.mNumMaterials)) {
     aiString name;

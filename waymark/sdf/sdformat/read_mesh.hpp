@@ -1,6 +1,6 @@
 #pragma once
 
-// Internal: the triangles of a mesh file.
+// Internal: reads the triangles from a mesh file.
 
 #include <filesystem>
 
@@ -12,15 +12,16 @@
 namespace waymark {
 
 struct MeshSurface {
-  std::vector<TexturedTriangle> triangles{};          ///< those with texture coordinates
-  Eigen::Vector3d least_m = Eigen::Vector3d::Zero();  ///< corners of the bounding box of all triangles
+  std::vector<TexturedTriangle> triangles{};          ///< triangles that have texture coordinates
+  Eigen::Vector3d least_m = Eigen::Vector3d::Zero();  ///< lower corner of the bounding box of all triangles;
+                                                      ///< the upper one is most_m
   Eigen::Vector3d most_m = Eigen::Vector3d::Zero();
   std::filesystem::path
-      texture{};  ///< of the first material with one; empty if there is none or it was not found
+      texture{};  ///< of the first material that has one; empty if there is none or it was not found
 };
 
-/// Reads COLLADA, Wavefront OBJ, STL, glTF and other formats of assimp, with the axes and units of the file,
-/// scaled. Fails if assimp fails, or on more than a million triangles.
+/// Reads COLLADA, Wavefront OBJ, STL, glTF and other formats supported by assimp, scaled, with the axes and
+/// units of the file. Fails if assimp fails or if there are more than a million triangles.
 [[nodiscard]] Result<MeshSurface> read_mesh(const std::filesystem::path& file, const Eigen::Vector3d& scale);
 
 }  // namespace waymark

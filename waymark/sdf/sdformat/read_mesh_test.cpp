@@ -1,4 +1,4 @@
-// Triangles and texture coordinates of a mesh file, and invalid files.
+// Tests reading triangles and texture coordinates from mesh files, and invalid files.
 #include "waymark/sdf/sdformat/read_mesh.hpp"
 
 #include <fstream>
@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A square of two metres in the plane z = 1, as Wavefront OBJ.
+/// A two-metre square in the plane z = 1, as Wavefront OBJ.
 constexpr const char* kSquare =
     "mtllib square.mtl\nv 0 0 1\nv 2 0 1\nv 2 2 1\nv 0 2 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
     "usemtl paint\nf 1/1 2/2 3/3 4/4\n";
