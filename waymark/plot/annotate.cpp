@@ -54,7 +54,7 @@ void draw_center(cairo_t* cr, const Eigen::Vector2d& center, double arm, double 
   line(cr, center - Eigen::Vector2d(0, arm), center + Eigen::Vector2d(0, arm));
 }
 
-/// Above the box, or below it if there is no room, and inside the image if possible.
+/// Draws the label above the box, or below it if there is no room above, and inside the image if possible.
 void draw_label(cairo_t* cr, const std::string& words, const Eigen::Vector2d& low,
                 const Eigen::Vector2d& high, double height, const ImageView& image) {
   cairo_set_font_size(cr, height);
@@ -77,7 +77,7 @@ void draw_label(cairo_t* cr, const std::string& words, const Eigen::Vector2d& lo
 
 void draw_tag(cairo_t* cr, const TagDetection& detection, const ImageView& image) {
   Corners corners = detection.corners_px;
-  // Cairo uses 24.8 fixed point, so coordinates far outside the image would wrap around.
+  // Cairo uses 24.8 fixed-point numbers, so coordinates far outside the image would wrap around.
   const Eigen::Vector2d reach(2.0 * image.width, 2.0 * image.height);
   for (auto& corner : corners) {
     if (!corner.allFinite()) return;

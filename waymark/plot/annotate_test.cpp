@@ -49,14 +49,14 @@ TEST(Annotate, SidesShowTheAxesAtTheCorners) {
   EXPECT_TRUE(is_yellow(drawn->at(280, 200)));
   EXPECT_TRUE(is_yellow(drawn->at(200, 280)));
   EXPECT_TRUE(is_yellow(drawn->at(200, 200)));           // centre
-  EXPECT_TRUE(is_red(drawn->at(115, 117)));              // dot on TL
+  EXPECT_TRUE(is_red(drawn->at(115, 117)));              // dot at TL
   EXPECT_EQ(drawn->at(150, 250), (Rgb{128, 128, 128}));  // pixels next to the drawing are unchanged
 }
 
 TEST(Annotate, TheLabelStaysInTheImage) {
   const Image image(300, 100, 255);
   for (const double x : {2.0, 250.0}) {
-    for (const double y : {2.0, 50.0}) {  // at the top, only the space below is free
+    for (const double y : {2.0, 50.0}) {  // at the top edge, only the space below is free
       const auto drawn = annotate(image, std::vector{square(x, y, 45)});
       ASSERT_TRUE(drawn);
       int letters = 0;

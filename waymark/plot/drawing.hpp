@@ -6,7 +6,7 @@
 
 namespace waymark::plot {
 
-/// A point on the page: millimetres from its top left corner, x right, y down.
+/// A point on the page, in millimetres from its top left corner; x points right and y down.
 struct Point {
   double x_mm = 0;
   double y_mm = 0;
@@ -27,7 +27,7 @@ struct Box {
   [[nodiscard]] double middle_y_mm() const { return y_mm + height_mm / 2; }
 };
 
-/// sRGB, each 0 to 1.
+/// An sRGB colour; each component is from 0 to 1.
 struct Color {
   double red = 0;
   double green = 0;
@@ -38,42 +38,42 @@ struct Color {
 inline constexpr Color kBlack{0, 0, 0};
 inline constexpr Color kWhite{1, 1, 1};
 
-/// A filled area: closed loops with the even-odd rule.
+/// A filled area bounded by closed loops, using the even-odd rule.
 struct Fill {
   std::vector<std::vector<Point>> loops;
   Color color;
 };
 
-/// A line through points.
+/// A line through a sequence of points.
 struct Stroke {
   std::vector<Point> points;
   double width_mm = 0.2;
   Color color;
-  std::vector<double> dash_mm;  ///< lengths of dash, gap, dash, …; empty: solid
+  std::vector<double> dash_mm;  ///< lengths of dash, gap, dash, …; solid if empty
 };
 
 enum class Align { Left, Middle, Right };
 
-/// One line of text. It is shrunk to `room_mm` if it would be longer, so that it never overflows.
+/// One line of text. If it is longer than `room_mm`, it is shrunk to that length, so it never overflows.
 struct Text {
   std::string words;     ///< UTF-8
-  Point baseline;        ///< baseline point of the left end, the middle or the right end
-  double height_mm = 3;  ///< of the font (em), before shrinking
+  Point baseline;        ///< point on the baseline at the left end, the middle or the right end
+  double height_mm = 3;  ///< font size (em), before shrinking
   double room_mm = 1e9;  ///< maximum length
   Align align = Align::Left;
   bool bold = false;
-  bool upwards = false;  ///< rotated by 90 degrees: reads from bottom to top
+  bool upwards = false;  ///< rotated by 90 degrees, to be read from bottom to top
   Color color = {};
 };
 
-/// A named part of the page, written as an SVG group with this id so that it can be found again.
+/// A named part of the page, written as an SVG group with this id so that it can be found later.
 struct Group {
   std::string name;
 };
 
 using Shape = std::variant<Fill, Stroke, Text, Group>;
 
-/// A page in true size, white by default. Later shapes cover earlier ones.
+/// A page at true size, white by default. Later shapes cover earlier ones.
 struct Drawing {
   double width_mm = 0;
   double height_mm = 0;

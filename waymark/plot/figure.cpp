@@ -18,7 +18,7 @@ namespace {
 
 double power_of_ten(int exponent) { return std::pow(10.0, exponent); }
 
-/// The step of 1, 2 or 5 times a power of ten nearest above `raw`.
+/// The smallest step of 1, 2 or 5 times a power of ten that is not below `raw`.
 double nice_step(double raw) {
   const double power = power_of_ten(static_cast<int>(std::floor(std::log10(raw))));
   for (const double factor : {1.0, 2.0, 5.0}) {
@@ -27,7 +27,7 @@ double nice_step(double raw) {
   return 10.0 * power;
 }
 
-/// Formats a value with as many decimals as the step has, or with an exponent if that would be long.
+/// Formats a value with as many decimals as the step has, or with an exponent if the text would be long.
 std::string label_of(double value, double step) {
   if (value == 0.0) return "0";
   const double size = std::abs(value);
@@ -54,7 +54,7 @@ std::vector<Tick> ticks_every(double step, double low, double high, int wanted) 
 std::vector<Tick> linear_ticks(double low, double high, int wanted) {
   const double raw = (high - low) / std::max(1, wanted);
   std::vector<Tick> ticks = ticks_every(nice_step(raw), low, high, wanted);
-  // A step of five may have no multiple in a range of four; the next finer step has one.
+  // A range of four may contain no multiple of five, but it contains one of the next finer step.
   if (ticks.empty()) ticks = ticks_every(nice_step(nice_step(raw) / 2.5), low, high, wanted);
   return ticks;
 }
@@ -79,7 +79,7 @@ namespace {
 
 constexpr double kInvisibleMm = 0.02;
 
-/// The part of a segment inside the box, or nothing.
+/// The part of a segment inside the box; `nullopt` if there is none.
 std::optional<std::pair<Point, Point>> clipped(const Point& a, const Point& b, const Box& box) {
   const double dx = b.x_mm - a.x_mm;
   const double dy = b.y_mm - a.y_mm;
@@ -109,7 +109,7 @@ bool known(const Point& point) { return std::isfinite(point.x_mm) && std::isfini
 
 std::vector<std::vector<Point>> clipped_lines(const std::vector<Point>& points, const Box& box) {
   std::vector<std::vector<Point>> parts;
-  std::optional<Point> last;  // the current point, on the page or off it
+  std::optional<Point> last;  // the current point, on or off the page
   bool drawing = false;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Point& next = points[i];
@@ -138,13 +138,13 @@ constexpr double kTitleMm = 3.8;
 constexpr double kLabelMm = 2.4;
 constexpr double kGapMm = 1.5;
 constexpr double kTickMm = 1.4;
-constexpr double kMarkMm = 0.8;  // half its width
+constexpr double kMarkMm = 0.8;  // half the width of a mark
 constexpr Color kFrameColor{0.25, 0.25, 0.25};
 constexpr Color kGridColor{0.88, 0.88, 0.88};
 
-/// An axis with fixed limits: maps values to positions.
+/// An axis with fixed limits, which maps values to positions.
 struct Scale {
-  double low = 0, high = 1;  ///< in the axis' unit, or its log10
+  double low = 0, high = 1;  ///< in the unit of the axis, or its log10
   double from_mm = 0, to_mm = 1;
   bool logarithmic = false;
 
@@ -192,7 +192,7 @@ Status check_axis(const Axis& axis, const char* key) {
   return {};
 }
 
-/// The limits of an axis. They are those given, otherwise those of the data with some margin; a constant line
+/// The limits of an axis: those specified or, by default, those of the data with some margin; a constant line
 /// is centred.
 Result<Scale> scale_for(const Axis& axis, const Figure& figure, const std::vector<double> Series::*values,
                         const char* key) {
@@ -222,7 +222,7 @@ Result<Scale> scale_for(const Axis& axis, const Figure& figure, const std::vecto
   return scale;
 }
 
-/// Widens one of two axes about its middle until a unit has the same length on both.
+/// Widens one of two axes about its middle so that a unit has the same length on both.
 void equalise(Scale& x, Scale& y) {
   const double x_unit = std::abs(x.to_mm - x.from_mm) / (x.high - x.low);
   const double y_unit = std::abs(y.to_mm - y.from_mm) / (y.high - y.low);
@@ -300,7 +300,7 @@ void draw_axes(const Figure& figure, const Scale& x, const Scale& y, const Box& 
 
 void draw_series(const Series& series, const Look& look, const Scale& x, const Scale& y, const Box& frame,
                  std::vector<Shape>& shapes) {
-  std::vector<Point> places;  // NaN for a missing point: the line ends there
+  std::vector<Point> places;  // NaN for a missing point, where the line is interrupted
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     const bool there = x.shows(series.x[i]) && y.shows(series.y[i]);
     const double nowhere = std::numeric_limits<double>::quiet_NaN();
@@ -332,8 +332,8 @@ void draw_series(const Series& series, const Look& look, const Scale& x, const S
   }
 }
 
-/// Draws the named series in rows from `top_mm` down; returns their height. Draws nothing if `shapes` is
-/// null.
+/// Draws the named series in rows from `top_mm` downwards and returns their height. Draws nothing if `shapes`
+/// is null.
 double legend(const Figure& figure, double top_mm, double left_mm, std::vector<Shape>* shapes) {
   constexpr double kKeyMm = 7.0;
   const double row_mm = kTextMm * 1.5;

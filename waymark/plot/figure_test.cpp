@@ -38,7 +38,7 @@ TEST(LinearTicks, AreRoundNumbersWithinTheLimits) {
 
 TEST(LinearTicks, ARangeBetweenTwoWideStepsHasTicks) {
   EXPECT_EQ(linear_ticks(4.1609e-4, 4.1609e-4 + 4.0001e-3, 2).size(),
-            2U);  // no multiple of 5e-3 is in this range
+            2U);  // there is no multiple of 5e-3 in this range
 }
 
 TEST(LinearTicks, AreLabelledWithTheDecimalsOfTheirStep) {
@@ -60,7 +60,7 @@ TEST(LogTicks, ArePowersOfTenAndTheirMultiples) {
     EXPECT_NEAR(exponent, std::round(exponent), 1e-9);
     EXPECT_DOUBLE_EQ(std::stod(tick.label), tick.value);
   }
-  EXPECT_EQ(labelled, 5);  // 0.01 to 100
+  EXPECT_EQ(labelled, 5);  // from 0.01 to 100
   EXPECT_THAT(log_ticks(3, 30), ::testing::Contains(Tick{5.0, "5"}));
 }
 
@@ -70,7 +70,7 @@ TEST(ClippedLines, StayInTheBoxAndOnTheLine) {
     std::vector<Point> points;
     for (int i = *rc::gen::inRange(2, 12); i > 0; --i)
       points.push_back({*rc::gen::inRange(0, 60) * 1.0, *rc::gen::inRange(0, 60) * 1.0});
-    double length_in_mm = 0.0;  // measured by small steps along the line
+    double length_in_mm = 0.0;  // measured in small steps along the line
     constexpr int kSteps = 2000;
     for (std::size_t i = 1; i < points.size(); ++i) {
       const Point a = points[i - 1];
@@ -137,7 +137,7 @@ TEST(Figure, ShowsTitleUnitsAndLegend) {
   EXPECT_EQ(svg_of(small_figure()), svg);
 }
 
-/// Everything is on the page, except text, which the renderer fits.
+/// Everything stays on the page, except text, which the renderer shrinks to fit.
 TEST(Figure, StaysOnThePageForAnyValues) {
   EXPECT_TRUE(rc::check([] {
     Figure figure;

@@ -51,7 +51,7 @@ Result<std::string> figure(const PageFigure& figure) {
   const Result<Bytes> svg = render_svg(*drawing);
   if (!svg) return named(svg.error());
   std::string_view drawn(reinterpret_cast<const char*>(svg->data()), svg->size());
-  drawn.remove_prefix(drawn.find("<svg") + 4);  // the page has its own prologue
+  drawn.remove_prefix(drawn.find("<svg") + 4);  // the page has a prologue of its own
   return fmt::format("<figure>\n<svg role=\"img\"{}\n<figcaption>{}</figcaption>\n</figure>\n", drawn,
                      escaped(figure.caption));
 }

@@ -10,10 +10,10 @@
 /// A page of text, tables and figures.
 namespace waymark::plot {
 
-/// Text in the head of every page that identifies pages of this program.
+/// Text in the head of every page by which pages written by this program are recognised.
 inline constexpr std::string_view kPageMark = R"(<meta name="generator" content="Waymark">)";
 
-/// Cells as displayed. The first column names the row.
+/// Cells as displayed. The first column contains the row names.
 struct PageTable {
   std::string caption{};
   std::vector<std::string> head{};
@@ -21,7 +21,7 @@ struct PageTable {
 };
 
 struct PageFigure {
-  std::string name{};  ///< a name to find it by: "floor", "error"
+  std::string name{};  ///< a name by which to find it, such as "floor" or "error"
   Figure figure{};
   std::string caption{};
 };
@@ -39,9 +39,9 @@ struct Page {
   std::vector<PageSection> sections{};
 };
 
-/// A self-contained HTML file: figures are inline SVG, without scripts or external resources. It is readable
-/// on a phone, in print and in dark mode; text is escaped. The same page gives the same bytes. Fails if a
-/// figure cannot be drawn; the error names the figure.
+/// A self-contained HTML file: figures are inline SVG, and there are no scripts or external resources. It is
+/// readable on a phone, in print and in dark mode; text is escaped. The same page always gives the same
+/// bytes. Fails if a figure cannot be drawn; the error contains the name of the figure.
 [[nodiscard]] Result<std::string> to_html(const Page& page);
 
 }  // namespace waymark::plot

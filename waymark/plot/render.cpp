@@ -43,7 +43,7 @@ std::optional<std::string> dictionary_of(std::string_view pdf, int object) {
   return std::string(body.substr(open + 2, close - open - 2));
 }
 
-/// CRC-32 as defined by PNG (PNG specification, annex D).
+/// CRC-32 as defined in the PNG specification, annex D.
 std::uint32_t crc32(const std::uint8_t* data, std::size_t count) {
   std::uint32_t crc = 0xFFFFFFFFU;
   for (std::size_t i = 0; i < count; ++i) {
@@ -58,8 +58,8 @@ void put_big_endian(std::uint8_t* out, std::uint32_t value) {
 }
 
 /// Appends an update to a PDF that sets ViewerPreferences / PrintScaling to None (ISO 32000-1, 7.5.6 and
-/// table 150), so that a print dialogue starts at 100 %. A PDF without a single cross-reference table, as
-/// cairo 1.4 and later write it, is left unchanged.
+/// table 150), so that print dialogues default to 100 %. A PDF that does not have a single cross-reference
+/// table, as written by cairo 1.4 and later, is left unchanged.
 void ask_to_print_unscaled(std::vector<std::uint8_t>& pdf) {
   const std::string_view text(reinterpret_cast<const char*>(pdf.data()), pdf.size());
   const std::size_t trailer_at = text.rfind("trailer");
@@ -84,14 +84,14 @@ void ask_to_print_unscaled(std::vector<std::uint8_t>& pdf) {
 
 /// Inserts the pHYs chunk (PNG specification, 11.3.5.3) after the header.
 void record_resolution(std::vector<std::uint8_t>& png, double dpi) {
-  constexpr std::size_t kEndOfHeader = 33;  // signature 8, IHDR 4 + 4 + 13 + 4
+  constexpr std::size_t kEndOfHeader = 33;  // 8 bytes of signature, 4 + 4 + 13 + 4 bytes of IHDR
   constexpr double kMetresPerInch = 0.0254;
   if (png.size() < kEndOfHeader) return;
   std::array<std::uint8_t, 21> chunk = {0, 0, 0, 9, 'p', 'H', 'Y', 's'};
   const auto per_metre = static_cast<std::uint32_t>(std::lround(dpi / kMetresPerInch));
   put_big_endian(&chunk[8], per_metre);
   put_big_endian(&chunk[12], per_metre);
-  chunk[16] = 1;  // unit: metre
+  chunk[16] = 1;  // the unit is the metre
   put_big_endian(&chunk[17], crc32(&chunk[4], 13));
   png.insert(png.begin() + kEndOfHeader, chunk.begin(), chunk.end());
 }
@@ -100,7 +100,7 @@ constexpr double kPointsPerMillimetre = 72.0 / 25.4;
 constexpr double kMillimetresPerInch = 25.4;
 constexpr double kLargestSideMm = 5000.0;
 constexpr double kMaxPixels = 200e6;
-constexpr double kMaxPixelsASide = 32767.0;  // cairo's own limit
+constexpr double kMaxPixelsASide = 32767.0;  // limit imposed by cairo
 
 struct CairoRelease {
   void operator()(cairo_t* canvas) const { cairo_destroy(canvas); }
@@ -123,7 +123,7 @@ void trace(cairo_t* canvas, const std::vector<Point>& points) {
   for (const Point& point : points) cairo_line_to(canvas, point.x_mm, point.y_mm);
 }
 
-/// All loops are one path, so no viewer can show a seam inside it.
+/// All loops form one path, so viewers cannot show seams inside it.
 void draw(cairo_t* canvas, const Fill& fill) {
   use_color(canvas, fill.color);
   cairo_set_fill_rule(canvas, CAIRO_FILL_RULE_EVEN_ODD);
@@ -170,7 +170,7 @@ tl::unexpected<Error> cairo_failed(cairo_status_t status) {
               fmt::format("drawing failed: {}", cairo_status_to_string(status)));
 }
 
-/// The number of whole pixels that cover the length; rounding errors do not add one.
+/// The number of whole pixels that cover the length; a rounding error does not add a pixel.
 double pixels_of(double length_mm, double dpi) {
   return std::ceil(length_mm / kMillimetresPerInch * dpi - 1e-6);
 }
@@ -200,7 +200,7 @@ Result<Bytes> render_pdf(std::span<const Drawing> pages) {
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, pages.front().title.c_str());
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATOR, "Waymark");
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE,
-                                 nullptr);  // without a date, the same input gives the same bytes
+                                 nullptr);  // omits the date, so that the same input gives the same bytes
   const Canvas canvas(cairo_create(surface.get()));
   for (const Drawing& page : pages) {
     cairo_pdf_surface_set_size(surface.get(), page.width_mm * kPointsPerMillimetre,
@@ -242,7 +242,7 @@ Result<Bytes> render_png(const Drawing& page, double dpi) {
   return bytes;
 }
 
-// Written without cairo, so groups keep their names, lengths keep their millimetres, and the bytes do not
+// Written without cairo, so that groups keep their names, lengths stay in millimetres, and the bytes do not
 // depend on earlier drawings (cairo numbers its surfaces).
 
 namespace {

@@ -44,7 +44,7 @@ TEST(RenderPdf, HasNoDateAndDisablesPrintScaling) {
   EXPECT_TRUE(pdf.ends_with("%%EOF\n"));
 }
 
-/// Every entry of the last cross-reference section points at its object.
+/// Every entry in the last cross-reference section points to its object.
 TEST(RenderPdf, TheUpdateIsAtItsOffset) {
   const std::string pdf = as_text(render_pdf(two_pages()).value());
   const std::size_t section = std::stoul(pdf.substr(pdf.rfind("startxref") + 9));

@@ -31,7 +31,7 @@ void add_gap(Series& series) {
   series.y.push_back(kGap);
 }
 
-/// Style of the layer at `index`: earlier layers are broader, so they are visible under later ones.
+/// Line style of the layer at `index`. Earlier layers are wider, so they remain visible under later ones.
 LineStyle line_of(std::size_t index) {
   const std::array<LineStyle, 4> styles = {LineStyle{.width_mm = 1.1},
                                            {.width_mm = 0.55, .dash_mm = {2.4, 1.2}},
@@ -46,8 +46,8 @@ Series path_series(const PathLayer& layer, std::size_t index) {
   return series;
 }
 
-/// Each tag seen from above: its side, and a stroke of half its length towards the viewer. `labelled`: the
-/// tags that already have their id.
+/// Each tag seen from above: its side, and a stroke of half its length towards the viewer. `labelled`
+/// contains the tags that already have an id next to them.
 Series tag_series(const PathLayer& layer, std::size_t index, std::set<TagId>& labelled) {
   Series series{.name = layer.path.empty() ? layer.name : "",
                 .color = layer.color,
@@ -66,7 +66,7 @@ Series tag_series(const PathLayer& layer, std::size_t index, std::set<TagId>& la
   return series;
 }
 
-/// Interpolated position of the base at a time between two poses.
+/// Position of the base interpolated between two poses.
 std::optional<Eigen::Vector3d> position_at(const Trajectory& trajectory, SensorTime stamp) {
   const auto after = std::ranges::lower_bound(trajectory, stamp, {}, &StampedPose::stamp);
   if (after == trajectory.end()) return std::nullopt;
@@ -153,7 +153,7 @@ Figure over_time(const std::string& title, Axis y, std::vector<Series> series) {
           .height_mm = 65};
 }
 
-/// Twice the standard deviation along the direction on the floor in which it is largest.
+/// Twice the standard deviation in the floor-plane direction in which it is largest.
 double two_sigma_m(const Eigen::Matrix3d& covariance) {
   return 2 * std::sqrt(std::max(0.0, symmetric_eigenvalues<2>(covariance.topLeftCorner<2, 2>())[1]));
 }

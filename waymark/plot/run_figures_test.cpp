@@ -29,7 +29,7 @@ std::string style_sheet_color(const Color& color) {
   return fmt::format("#{:02x}{:02x}{:02x}", byte(color.red), byte(color.green), byte(color.blue));
 }
 
-/// The style sheet's first block is the light page.
+/// The first block of the style sheet defines the light page.
 TEST(RunColors, MatchTheViewer) {
   std::ifstream file(WAYMARK_SHARE "/../viewer/src/style.css");
   const std::string style(std::istreambuf_iterator<char>(file), {});
@@ -42,7 +42,7 @@ TEST(RunColors, MatchTheViewer) {
 }
 
 TEST(LoopFigures, ErrorsMatchTheTrajectories) {
-  // Half a step later on the same line: the truth is interpolated between two poses.
+  // Half a step later on the same line, so the truth is interpolated between two poses.
   const Figure late = trajectory_error_figure("", straight(0.25, 50), straight(0));
   ASSERT_EQ(late.series.at(0).y.size(), 100U) << "the last pose is after the truth";
   for (const double error : late.series[0].y) EXPECT_NEAR(error, std::hypot(0.25, 0.05), 1e-12);
@@ -53,7 +53,7 @@ TEST(LoopFigures, ErrorsMatchTheTrajectories) {
 
 TEST(LoopFigures, TagsPointTowardsTheirViewerAndAllAreDrawn) {
   TagMap tags;
-  tags.tags[{}] = {.map_T_tag = SE3(SO3(), {1, 2, 0}), .size_m = 0.2};  // z up: its viewer is below, at -z
+  tags.tags[{}] = {.map_T_tag = SE3(SO3(), {1, 2, 0}), .size_m = 0.2};  // z up, so its viewer is below, at -z
   const Figure figure = path_figure("", {{"truth", straight(0), tags, kTruthColor}});
   ASSERT_EQ(figure.series.size(), 2U);
   EXPECT_EQ(figure.series[1].x.front(), 0.9);

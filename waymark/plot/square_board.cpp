@@ -17,14 +17,14 @@ constexpr int kMaxBoardPages = 400;
 
 double square_mm(const SquareBoardOptions& options) { return 1e3 * options.board.size_m; }
 
-/// The printable area of the paper, above the caption.
+/// The printable area of the paper above the caption.
 Box printable(const SquareBoardOptions& options, const Paper& paper) {
   const double margin_mm = 1e3 * options.margin_m;
   return {margin_mm, margin_mm, paper.width_mm - 2 * margin_mm,
           paper.height_mm - 2 * margin_mm - kFooterHeightMm - kSquareCaptionHeightMm};
 }
 
-/// Number of squares of this size that fit along a length.
+/// Number of squares of this size that fit into a length.
 int fitting(double length_mm, double square_mm) {
   return static_cast<int>(std::min(1e3, std::floor((length_mm + kToleranceMm) / square_mm)));
 }
@@ -83,7 +83,7 @@ tl::unexpected<Error> squares_do_not_fit(const SquareBoardOptions& options) {
                                        : "; or distribute the board over several pages (`tiled`)."));
 }
 
-/// The squares of each page, divided as equally as possible.
+/// The number of squares on each page, divided as equally as possible.
 std::vector<std::pair<int, int>> shares(int squares, int pages) {
   std::vector<std::pair<int, int>> all;
   for (int page = 0; page < pages; ++page) {

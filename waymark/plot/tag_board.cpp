@@ -31,7 +31,7 @@ bool fits_lying(const BoardOptions& options, double tag_size_mm, const Paper& pa
          board.height_mm <= paper.height_mm - margins_mm - kFooterHeightMm - kCaptionHeightMm + kToleranceMm;
 }
 
-/// The paper in the orientation in which the board fits, or nothing.
+/// The paper in the orientation in which the board fits; `nullopt` if it fits in neither.
 std::optional<Paper> place_on(const BoardOptions& options, double tag_size_mm, const Paper& paper) {
   for (const bool wide : {false, true}) {
     if (options.orientation == (wide ? Orientation::Portrait : Orientation::Landscape)) continue;
@@ -81,7 +81,7 @@ Status check_family(const BoardOptions& options) {
                 fmt::format("{} has data cells in place of the squares of an AprilGrid", table.name),
                 {.key = "family"}, "Use tag36h11, or the style 'separate'.");
   }
-  // One white cell between the prints of two neighbours; an outer border needs no more than that.
+  // One white cell between the prints of neighbouring tags; tags with an outer border need no more than that.
   const int drawn = table.reversed_border ? table.total_width : table.width_at_border;
   const double least = static_cast<double>(drawn + 1 - table.width_at_border) / table.width_at_border;
   if (options.spacing >= least - 1e-9) return {};
@@ -166,8 +166,7 @@ Result<std::string> kalibr_target(const BoardOptions& options) {
 
 namespace {
 
-/// The squares that touch the tags at their corners, as one path without seams between them and their
-/// neighbours.
+/// The squares that touch the corners of the tags, as a single path without seams between adjacent squares.
 Fill corner_squares(const BoardLayout& layout) {
   const double size_mm = layout.options.tag_size_m * 1e3;
   const double gap_mm = size_mm * layout.options.spacing;

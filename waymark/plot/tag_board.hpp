@@ -10,14 +10,14 @@
 
 namespace waymark::plot {
 
-/// The two styles of a board of tags.
+/// The two styles of tag board.
 enum class BoardStyle {
-  /// As Kalibr prints and reads it (wiki of github.com/ethz-asl/kalibr, "Calibration targets"): a black
-  /// border of two cells, and black squares that touch the corners of the tags. Every tag corner is therefore
-  /// a saddle point. AprilTag 3 does not detect such tags, because the squares join the borders and its
-  /// border has one cell.
+  /// As printed and read by Kalibr (wiki of github.com/ethz-asl/kalibr, "Calibration targets"): tags with a
+  /// two-cell black border, and black squares that touch their corners. Every tag corner is therefore a
+  /// saddle point. AprilTag 3 does not detect such tags, because the squares connect the borders and AprilTag
+  /// 3 expects a one-cell border.
   AprilGrid,
-  /// Tags as AprilTag 3 detects them, with white gaps between them.
+  /// Tags that AprilTag 3 can detect, with white gaps between them.
   Separate,
 };
 
@@ -25,9 +25,9 @@ enum class BoardStyle {
 [[nodiscard]] Result<BoardStyle> parse_board_style(std::string_view text);
 [[nodiscard]] std::string_view to_string(BoardStyle style);
 
-/// A calibration board. Numbers run from first_id row by row, from the lower left tag to the right and then
-/// up, as in Kalibr. In its GridCalibrationTargetAprilgrid the origin is the lower left corner of tag 0, x
-/// right, y up.
+/// A calibration board. Numbers start at first_id in the lower left corner and increase to the right along
+/// each row, then upwards, as in Kalibr. In Kalibr's GridCalibrationTargetAprilgrid, the origin is the lower
+/// left corner of tag 0, with x to the right and y up.
 struct BoardOptions {
   int columns = 6;
   int rows = 6;
@@ -62,26 +62,26 @@ struct BoardOptions {
   }
 };
 
-/// A board on its page, in millimetres.
+/// A board laid out on its page, in millimetres.
 struct BoardLayout {
   BoardOptions options;
-  Paper paper;  ///< in its orientation
-  Box board;    ///< tags and the gap around them
-  Box caption;  ///< below the board: dimension arrows and description
+  Paper paper;  ///< in the orientation used
+  Box board;    ///< the tags and the gap around them
+  Box caption;  ///< dimension arrows and description, below the board
   Footer footer;
-  std::vector<PlacedTag> tags;  ///< by number; `cells` is the drawn area, `tile` and `caption` are empty
+  std::vector<PlacedTag> tags;  ///< sorted by number; `cells` is the drawn area, others are empty
 };
 
 /// Pure. Errors: InvalidArgument for an invalid size, more tags than the family has, or a gap too narrow to
-/// separate neighbours. Also for an AprilGrid of a family without an outer black border, and for a board that
-/// does not fit; its hint contains the largest size that fits.
+/// separate neighbouring tags. Also for an AprilGrid made from a family without an outer black border. Also
+/// if the board does not fit; the hint then contains the largest size that fits.
 [[nodiscard]] Result<BoardLayout> layout_board(const BoardOptions& options);
 
-/// The drawn page.
+/// Draws the page.
 [[nodiscard]] Drawing draw_board(const BoardLayout& layout);
 
-/// The target file of Kalibr for this board (keys target_type, tagCols, tagRows, tagSize [m], tagSpacing).
-/// Error: Unsupported for boards that Kalibr does not read: a style other than AprilGrid, a family other than
+/// The Kalibr target file for this board (keys target_type, tagCols, tagRows, tagSize [m], tagSpacing).
+/// Error: Unsupported for boards that Kalibr cannot read: a style other than AprilGrid, a family other than
 /// tag36h11, or numbers that do not start at 0.
 [[nodiscard]] Result<std::string> kalibr_target(const BoardOptions& options);
 

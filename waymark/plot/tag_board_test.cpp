@@ -37,8 +37,9 @@ void expect_error(const BoardOptions& options, const char* key, const char* valu
   testing::expect_on_page("tags", layout.error());
 }
 
-/// Kalibr, GridCalibrationTargetAprilgrid::createGridPoints: corner (row, column) of the grid of 2 rows x 2
-/// columns of corners, from the lower left corner of tag 0, x right, y up, in units of the tag size.
+/// Kalibr, GridCalibrationTargetAprilgrid::createGridPoints: corner (row, column) in the grid of 2 rows x 2
+/// columns of corners per tag. Measured from the lower left corner of tag 0, with x to the right and y up, in
+/// units of the tag size.
 Point kalibr_corner(int row, int column, double spacing) {
   const int tag_column = column / 2;
   const int tag_row = row / 2;

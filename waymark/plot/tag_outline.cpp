@@ -19,7 +19,7 @@ Cells blank(int width, bool ink = false) {
   return cells;
 }
 
-/// The sides between ink and white, each directed with the ink on its right.
+/// The edges between ink and white, each directed so that the ink is on its right.
 class Sides {
  public:
   explicit Sides(const Cells& cells) : cells_(cells), lattice_(cells.width + 1) {
@@ -39,7 +39,7 @@ class Sides {
 
   [[nodiscard]] bool there(const BitCell& at, unsigned direction) { return side(at.x, at.y, direction); }
 
-  /// Removes the side that starts at a lattice point; false if there is none in this direction.
+  /// Removes the edge that starts at a lattice point in this direction; returns false if there is none.
   bool take(const BitCell& at, unsigned direction) {
     const bool was_there = there(at, direction);
     side(at.x, at.y, direction) = false;
@@ -58,11 +58,11 @@ class Sides {
 
   const Cells& cells_;
   int lattice_;
-  std::array<Cells, kDirections> starts_;  ///< lattice points where a side starts, by its direction
+  std::array<Cells, kDirections> starts_;  ///< for each direction, the lattice points at which an edge starts
 };
 
-/// Follows the loop that starts to the right of a lattice point, and removes its sides. At a point where two
-/// inked cells touch at a corner, it turns right and stays at the same cell.
+/// Follows the loop that starts to the right of a lattice point, and removes its edges. At a point where two
+/// inked cells touch at a corner, it turns right and stays with the same cell.
 std::vector<BitCell> walk(Sides& sides, const BitCell start) {
   std::vector<BitCell> corners;
   BitCell at = start;

@@ -13,7 +13,7 @@ namespace {
 
 using Loops = std::vector<std::vector<Point>>;
 
-/// Even-odd rule by a ray to the right.
+/// Even-odd rule, using a ray to the right.
 bool inside(const Loops& loops, double x, double y) {
   bool in = false;
   for (const auto& loop : loops) {
@@ -27,7 +27,7 @@ bool inside(const Loops& loops, double x, double y) {
   return in;
 }
 
-/// Invariants of an outline whose cells are one millimetre.
+/// Invariants of an outline whose cells are one millimetre wide.
 void expect_outline(const Cells& cells) {
   const auto width = static_cast<double>(cells.width);
   const Loops loops = outline(cells, {0, 0, width, width});
@@ -45,7 +45,7 @@ void expect_outline(const Cells& cells) {
       const Point& b = loop[(i + 1) % loop.size()];
       const Point& c = loop[(i + 2) % loop.size()];
       doubled_area += a.x_mm * b.y_mm - b.x_mm * a.y_mm;
-      RC_ASSERT((a.x_mm == b.x_mm) != (a.y_mm == b.y_mm));  // along one axis, with non-zero length
+      RC_ASSERT((a.x_mm == b.x_mm) != (a.y_mm == b.y_mm));  // parallel to an axis, with non-zero length
       RC_ASSERT((b.x_mm == c.x_mm) == (a.y_mm == b.y_mm));  // every point is a corner
       const auto length = static_cast<int>(std::abs(b.x_mm - a.x_mm) + std::abs(b.y_mm - a.y_mm));
       for (int k = 0; k < length; ++k) {
@@ -55,7 +55,7 @@ void expect_outline(const Cells& cells) {
         const int x0 = at(a.x_mm, b.x_mm, k), y0 = at(a.y_mm, b.y_mm, k), x1 = at(a.x_mm, b.x_mm, k + 1),
                   y1 = at(a.y_mm, b.y_mm, k + 1);
         RC_ASSERT(unit_sides.insert({std::min(x0, x1), std::min(y0, y1), std::max(x0, x1), std::max(y0, y1)})
-                      .second);  // no side twice
+                      .second);  // no edge occurs twice
       }
     }
   }
@@ -96,8 +96,8 @@ TEST(TagCells, CellsOutsideTheTagStayWhite) {
   EXPECT_FALSE(cells.ink.back());
 }
 
-/// Kalibr draws the bits of its table row by row from the top left, most significant first, black for a bit
-/// of 0. Its tables are those of AprilTag 2: the code of tag 0 of each family.
+/// Kalibr draws the bits of its table row by row from the top left, most significant bit first, with black
+/// for 0. Its tables are those of AprilTag 2: the code of tag 0 in each family.
 TEST(TwoCellBorder, MatchesKalibr) {
   const std::vector<std::tuple<FamilyId, int, std::uint64_t>> first_codes = {
       {FamilyId::Tag36h11, 6, 0xd5d628584},

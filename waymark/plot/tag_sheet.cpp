@@ -33,7 +33,7 @@ std::optional<double> number(std::string_view text) {
   return value;
 }
 
-/// "300x400" or "300x400mm" as two numbers; nothing for other text.
+/// Parses "300x400" or "300x400mm" as two numbers; `nullopt` for any other text.
 std::optional<Paper> own_size(std::string_view text) {
   if (text.ends_with("mm")) text.remove_suffix(2);
   const std::size_t cross = text.find('x');
@@ -79,16 +79,16 @@ Result<Paper> parse_paper(std::string_view text) {
 namespace {
 
 constexpr std::size_t kMaxPages = 2000;
-constexpr double kNarrowestTileMm = 18.0;  // so that the caption of a small tag stays readable
+constexpr double kNarrowestTileMm = 18.0;  // keeps the caption of a small tag readable
 
-/// Dimensions of one tile, equal for all tags of a family and size.
+/// Dimensions of one tile, which are the same for all tags of a given family and size.
 struct Tile {
-  double cells_mm = 0;   ///< side of all cells
+  double cells_mm = 0;   ///< side length of all cells together
   double border_mm = 0;  ///< from the edge of the cells to the border square
   double white_mm = 0;   ///< white margin around the cells
   double width_mm = 0;
   double height_mm = 0;
-  double caption_mm = 0;  ///< height
+  double caption_mm = 0;  ///< height of the caption
 };
 
 Tile tile_of(const Family& family, double tag_size_mm) {
@@ -106,7 +106,7 @@ Tile tile_of(const Family& family, double tag_size_mm) {
 }
 
 struct Grid {
-  Paper paper;  ///< in its orientation
+  Paper paper;  ///< in the orientation used
   int columns = 0;
   int rows = 0;
 
@@ -117,13 +117,14 @@ int how_often(double length_mm, double room_mm) {
   return std::max(0, static_cast<int>(std::floor((room_mm + kToleranceMm) / length_mm)));
 }
 
-/// The largest grid of tiles on a sheet in its given orientation.
+/// The largest grid of tiles on a sheet in the given orientation.
 Grid grid_on(const Paper& paper, const Tile& tile, double margin_mm) {
   return {paper, how_often(tile.width_mm, paper.width_mm - 2 * margin_mm),
           how_often(tile.height_mm, paper.height_mm - 2 * margin_mm - kFooterHeightMm)};
 }
 
-/// The grid on the paper, rotated if that is allowed and useful for `wanted` tags (0: as many as possible).
+/// The grid on the paper, rotated if that is allowed and helps to fit `wanted` tags (0 means as many as
+/// possible).
 Grid best_grid(const Paper& paper, const Tile& tile, double margin_mm, Orientation orientation, int wanted) {
   const bool upright = paper.width_mm <= paper.height_mm;
   const Paper portrait = upright ? paper : turned(paper);
@@ -180,7 +181,7 @@ Status check_numbers(const Family& family, const std::vector<int>& numbers) {
   return {};
 }
 
-/// Only as many columns and rows as the tags need.
+/// Reduces the grid to the columns and rows that the tags need.
 Grid shrunk_to(Grid grid, int wanted) {
   grid.columns = std::min(grid.columns, wanted);
   grid.rows = (wanted + grid.columns - 1) / grid.columns;
@@ -278,7 +279,7 @@ void line(Point from, Point to, double width_mm, std::vector<Shape>& shapes) {
   shapes.emplace_back(Stroke{{from, to}, width_mm, kMarkColor, {}});
 }
 
-/// An arrow tip at `x_mm` that points away from `x_mm + length_mm`.
+/// An arrowhead at `x_mm` that points away from `x_mm + length_mm`.
 void tip(double x_mm, double y_mm, double length_mm, std::vector<Shape>& shapes) {
   const double half_mm = std::abs(length_mm) / 3.5;
   shapes.emplace_back(Fill{
@@ -296,7 +297,7 @@ Footer place_footer(const Paper& paper, double margin_mm) {
   footer.strip = {margin_mm, paper.height_mm - margin_mm - kFooterHeightMm, paper.width_mm - 2 * margin_mm,
                   kFooterHeightMm};
   constexpr double kStepMm = 10.0;
-  // Half a hairline of the end ticks is outside the marked length.
+  // Half the width of the hairline at each end tick lies outside the marked length.
   const double room_mm = footer.strip.width_mm - kHairlineMm;
   const double length_mm = std::min(kLongestRulerMm, std::floor(room_mm / kStepMm) * kStepMm);
   footer.ruler = {paper.width_mm / 2 - length_mm / 2, footer.strip.y_mm + 1.5, length_mm, kRulerHeightMm};
@@ -383,7 +384,7 @@ void draw_sheet_caption(const PlacedTag& placed, double tag_size_mm, std::vector
 
   const Box& mark = placed.up_mark;
   draw_up_mark(mark, shapes);
-  const double up_mm = narrow ? 0.0 : row_mm * 1.3;  // room for the word "up"
+  const double up_mm = narrow ? 0.0 : row_mm * 1.3;  // space for the word "up"
   if (!narrow) {
     shapes.emplace_back(Text{"up",
                              {mark.right_mm() + row_mm * 0.12, mark.bottom_mm()},
@@ -398,7 +399,7 @@ void draw_sheet_caption(const PlacedTag& placed, double tag_size_mm, std::vector
   draw_name(to_string(placed.tag), row, mark.right_mm() - box.x_mm + up_mm + 0.5, mark.bottom_mm(), shapes);
 }
 
-/// The sides of the tiles; shared sides once.
+/// Draws the sides of the tiles, each shared side only once.
 void draw_cut_lines(const std::vector<PlacedTag>& tags, std::vector<Shape>& shapes) {
   const auto tile_at = [&](double x_mm, double y_mm) {
     return std::any_of(tags.begin(), tags.end(), [&](const PlacedTag& other) {

@@ -14,18 +14,18 @@ namespace waymark::plot {
 
 /// A sheet of paper in portrait orientation (the first side is the width).
 struct Paper {
-  std::string name;      ///< "A4"; "300x400" for a custom size
+  std::string name;      ///< such as "A4"; "300x400" for a custom size
   double width_mm = 0;   ///< [mm]
   double height_mm = 0;  ///< [mm]
 
   friend bool operator==(const Paper&, const Paper&) = default;
 };
 
-/// A6 to A0 (ISO 216), Letter, Legal and Tabloid (ANSI/ASME Y14.1), from small to large by area.
+/// A6 to A0 (ISO 216), Letter, Legal and Tabloid (ANSI/ASME Y14.1), sorted by increasing area.
 [[nodiscard]] const std::vector<Paper>& known_papers();
 
-/// A name of known_papers() in any case, or a custom size WIDTHxHEIGHT in millimetres ("300x400",
-/// "300x400mm"), 20 mm to 5 m per side. Errors: InvalidArgument, with the nearest name suggested.
+/// A name from known_papers() (case-insensitive), or a custom size WIDTHxHEIGHT in millimetres ("300x400",
+/// "300x400mm") with sides from 20 mm to 5 m. Error: InvalidArgument, suggesting the nearest name.
 [[nodiscard]] Result<Paper> parse_paper(std::string_view text);
 
 /// The same sheet rotated by 90 degrees.
@@ -33,18 +33,19 @@ struct Paper {
   return {paper.name, paper.height_mm, paper.width_mm};
 }
 
-/// Orientation of the paper. Auto is portrait, or landscape if more tags fit (or only then one fits).
+/// Orientation of the paper. Auto selects portrait, or landscape if more tags fit (or tags only fit) that
+/// way.
 enum class Orientation { Auto, Portrait, Landscape };
 
 /// "auto", "portrait" or "landscape". Error: InvalidArgument with a suggestion.
 [[nodiscard]] Result<Orientation> parse_orientation(std::string_view text);
 
-/// Whether a tag of this size can be printed; the hint covers sizes given in millimetres, missing sizes and
-/// NaN.
+/// Whether a tag of this size can be printed; the hint covers sizes specified in millimetres, missing sizes
+/// and NaN.
 [[nodiscard]] Status check_tag_size(double tag_size_m);
 
-/// Options of a sheet of tags. "Size" of a tag is the side of the square where its black border meets the
-/// white one; families with an inner border (circle, custom, standard) extend beyond it.
+/// Options for a sheet of tags. The "size" of a tag is the side length of the square where its black border
+/// meets the white one. Families with an inner border (circle, custom, standard) extend beyond it.
 struct SheetOptions {
   double tag_size_m = 0.0;
   Paper paper = {"A4", 210, 297};
@@ -67,22 +68,22 @@ struct SheetOptions {
 /// A tag on the page and its surroundings.
 struct PlacedTag {
   TagId tag;
-  Box square;   ///< the square of its size: where the black border meets the white one
-  Box cells;    ///< all its cells, total_width x total_width
-  Box tile;     ///< the area to cut out: cells, white margin and caption
-  Box caption;  ///< below the cells: dimension arrow, then up mark and name
-  Box up_mark;  ///< within the caption: a triangle that points to the upper edge of the tag
+  Box square;   ///< the square that defines its size, where the black border meets the white one
+  Box cells;    ///< all of its cells, total_width x total_width
+  Box tile;     ///< the area to cut out, with cells, white margin and caption
+  Box caption;  ///< below the cells, with a dimension arrow, then up mark and name
+  Box up_mark;  ///< within the caption, a triangle that points to the upper edge of the tag
 };
 
-/// The lowest strip of a page: ruler, printing instructions, contents of the page.
+/// The bottom strip of a page, with a ruler, printing instructions and the contents of the page.
 struct Footer {
   Box strip;
-  Box ruler;  ///< the ruler bar; its width is its nominal length (100 mm, or less on small paper)
+  Box ruler;  ///< the ruler bar, as wide as its nominal length (100 mm, or less on small paper)
 };
 
-/// A print job, in millimetres. Nothing overlaps, and all ink is within the margins.
+/// A print job, in millimetres. Nothing overlaps, and all ink stays within the margins.
 struct SheetLayout {
-  Paper paper;  ///< in its orientation
+  Paper paper;  ///< in the orientation used
   FamilyId family = FamilyId::Tag36h11;
   double tag_size_mm = 0;
   double margin_mm = 0;
@@ -91,42 +92,42 @@ struct SheetLayout {
   std::vector<std::vector<PlacedTag>> pages;
 };
 
-/// Lays out the tags of these numbers in their order, row by row, page by page. Pure; O(numbers). Errors:
+/// Lays out the tags with these numbers in order, row by row and page by page. Pure; O(numbers). Errors:
 /// InvalidArgument for an invalid size, a duplicate number, or a number that the family does not have. Also
-/// for a tag or per_page that does not fit; the hint contains the largest size that fits and a sufficient
-/// paper. LimitExceeded for more than 2000 pages.
+/// if a tag or per_page does not fit; the hint contains the largest tag size and the smallest paper size that
+/// fit. LimitExceeded for more than 2000 pages.
 [[nodiscard]] Result<SheetLayout> layout_sheet(FamilyId family, const std::vector<int>& numbers,
                                                const SheetOptions& options);
 
-/// The largest tag_size_m, to a tenth of a millimetre, with which at least one tag (or options.per_page tags)
-/// fits on a page; nothing if not even 1 mm fits. Ignores options.tag_size_m.
+/// The largest tag_size_m, to a tenth of a millimetre, for which at least one tag (or options.per_page tags)
+/// fits on a page; `nullopt` if not even 1 mm fits. Ignores options.tag_size_m.
 [[nodiscard]] std::optional<double> largest_tag_size_m(FamilyId family, const SheetOptions& options);
 
-/// The drawn pages of a layout.
+/// Draws the pages of a layout.
 [[nodiscard]] std::vector<Drawing> draw_sheet(const SheetLayout& layout);
 
-inline constexpr Color kMarkColor{0.25, 0.25, 0.25};   ///< of text, arrows and the ruler
-inline constexpr Color kFaintColor{0.55, 0.55, 0.55};  ///< of cut lines and side notes
+inline constexpr Color kMarkColor{0.25, 0.25, 0.25};   ///< for text, arrows and the ruler
+inline constexpr Color kFaintColor{0.55, 0.55, 0.55};  ///< for cut lines and side notes
 
-/// Tolerance for rounding in comparisons of lengths.
+/// Rounding tolerance when comparing lengths.
 inline constexpr double kToleranceMm = 1e-6;
 
-/// 160 -> "160 mm", 24.69 -> "24.69 mm": rounded to a hundredth.
+/// Rounds to a hundredth: 160 -> "160 mm", 24.69 -> "24.69 mm".
 [[nodiscard]] std::string millimetres(double length_mm);
 
-/// Height of the footer strip; its position on a page.
+/// Height of the footer strip, and its position on a page.
 inline constexpr double kFooterHeightMm = 15.0;
 [[nodiscard]] Footer place_footer(const Paper& paper, double margin_mm);
 
-/// The ruler with its ticks and text; `remark` is the last line.
+/// Draws the ruler with its ticks and text; `remark` is the last line.
 void draw_footer(const Footer& footer, const std::string& remark, std::vector<Shape>& shapes);
 
-/// An arrow between the x positions `from_mm` and `to_mm` inside a strip, with text in its middle. The text
-/// is to its right if it would be too small otherwise and the strip has room for it.
+/// Draws an arrow between the x positions `from_mm` and `to_mm` inside a strip, with text in its middle. The
+/// text is placed to the right of the arrow if it would otherwise be too small and the strip has enough room.
 void draw_dimension(double from_mm, double to_mm, const Box& strip, const std::string& words,
                     std::vector<Shape>& shapes);
 
-/// A triangle that points to the upper edge, filling the box.
+/// Draws a triangle that fills the box and points to the upper edge.
 void draw_up_mark(const Box& box, std::vector<Shape>& shapes);
 
 }  // namespace waymark::plot

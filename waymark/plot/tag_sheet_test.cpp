@@ -111,7 +111,7 @@ void expect_lawful(const SheetLayout& layout) {
       RC_ASSERT(contains(placed.caption, placed.up_mark));
       RC_ASSERT(!overlap(placed.cells, placed.caption));
       RC_ASSERT(!overlap(placed.tile, layout.footer.strip));
-      // The size is the square where black meets white, in the middle of all cells.
+      // The size is that of the square where black meets white, centred within all cells.
       RC_ASSERT(std::abs(placed.square.width_mm - layout.tag_size_mm) < kSlackMm);
       RC_ASSERT(std::abs(placed.cells.width_mm * table.width_at_border / table.total_width -
                          layout.tag_size_mm) < kSlackMm);
@@ -141,7 +141,7 @@ TEST(SheetLayout, NeverOverlapsAndStaysInTheMargins) {
       RC_DISCARD("does not fit");
     }
     expect_lawful(*layout);
-    // All numbers, in order, without duplicates.
+    // All numbers, in order and without duplicates.
     std::vector<int> placed;
     for (const auto& page : layout->pages) {
       for (const PlacedTag& tag : page) placed.push_back(tag.tag.number);
@@ -207,7 +207,7 @@ TEST(SheetLayout, RotatesThePaperOnlyIfUseful) {
   EXPECT_EQ(layout_sheet(FamilyId::Tag36h11, {0}, options)->paper.width_mm, 210);
   options = with_size(0.075);  // 94 mm wide, 103 mm high with its caption: 2 x 2 in portrait, 3 x 1 rotated
   EXPECT_EQ(layout_sheet(FamilyId::Tag36h11, {0}, options)->paper.width_mm, 210);
-  options = with_size(0.1);  // one in portrait, two rotated
+  options = with_size(0.1);  // one in portrait, two if rotated
   EXPECT_EQ(layout_sheet(FamilyId::Tag36h11, {0}, options)->paper.width_mm, 297);
 }
 

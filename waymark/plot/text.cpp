@@ -40,7 +40,7 @@ double advance_mm(cairo_t* canvas, const std::string& words) {
   return extents.x_advance;
 }
 
-/// Sets origin, direction and font so that the text can be drawn at the current point.
+/// Sets the origin, direction and font so that the text can be drawn at the current point.
 void place(cairo_t* canvas, const Text& text) {
   select_font(canvas, text.height_mm, text.bold);
   double length_mm = advance_mm(canvas, text.words);
@@ -54,9 +54,9 @@ void place(cairo_t* canvas, const Text& text) {
   cairo_move_to(canvas, -back * length_mm, 0.0);
 }
 
-/// A canvas for measuring only, fine enough that cairo's fixed-point precision does not matter.
+/// A canvas used only for measuring, fine enough that cairo's fixed-point precision does not matter.
 Owned<cairo_t> ruler_canvas() {
-  // The surface has no bounds, because cairo omits letters far outside a surface, even from a path.
+  // The surface is unbounded, because cairo omits letters far outside a surface, even from a path.
   const Owned<cairo_surface_t> surface(cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, nullptr));
   Owned<cairo_t> canvas(cairo_create(surface.get()));
   constexpr double kUnitsPerMillimetre = 100.0;
@@ -89,7 +89,7 @@ std::string text_outline(const Text& text) {
       out += 'Z';
       continue;
     }
-    // A move without a following line is only the position of the next letter.
+    // A move that is not followed by a line is merely the position of the next letter.
     if (data->header.type == CAIRO_PATH_MOVE_TO &&
         (i + data->header.length >= path->num_data ||
          data[data->header.length].header.type == CAIRO_PATH_MOVE_TO)) {

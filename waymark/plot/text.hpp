@@ -12,13 +12,14 @@ namespace waymark::plot {
 /// Draws one line of text on a canvas whose unit is the millimetre.
 void draw_text(cairo_t* canvas, const Text& text);
 
-/// The outlines of the text as SVG path data, in millimetres of the page.
+/// The outlines of the text as SVG path data, in page coordinates [mm].
 [[nodiscard]] std::string text_outline(const Text& text);
 
-/// Escaped for XML and HTML, between tags and in quotes; XML 1.0 has no control characters.
+/// Escapes text for XML and HTML, both between tags and in quotes. Control characters become spaces, because
+/// XML 1.0 does not allow them.
 [[nodiscard]] std::string escaped(std::string_view words);
 
-/// 12.3456 -> "12.3456", 5.0 -> "5". At most four decimals (a tenth of a micrometre on paper), never an
+/// 12.3456 -> "12.3456", 5.0 -> "5". At most four decimals (a tenth of a micrometre on paper), never with an
 /// exponent.
 [[nodiscard]] std::string short_number(double value);
 
