@@ -18,8 +18,8 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-/// Takes a quoted cell from the front of `rest` (which starts with the quote); none if the quote is not
-/// closed.
+/// Removes a quoted cell from the front of `rest` (which starts with the quote); `nullopt` if the quote is
+/// not closed.
 std::optional<std::string> take_quoted(std::string_view& rest) {
   std::string cell;
   for (std::size_t i = 1; i < rest.size(); ++i) {
@@ -36,7 +36,7 @@ std::optional<std::string> take_quoted(std::string_view& rest) {
   return std::nullopt;
 }
 
-/// The cells of one line; none if a quote is not closed or text follows a closing quote.
+/// The cells in one line; `nullopt` if a quote is not closed or text follows a closing quote.
 std::optional<std::vector<std::string>> split(std::string_view line) {
   std::vector<std::string> cells;
   for (std::string_view rest = line;;) {
@@ -99,7 +99,7 @@ std::optional<std::size_t> CsvTable::column(std::string_view name) const {
 Result<CsvTable> parse_csv(std::string_view text, std::string source) {
   CsvTable table;
   table.source = std::move(source);
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // spreadsheets write it at the start
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // spreadsheets write it at the start of a file
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   for (std::int64_t number = 1; !text.empty(); ++number) {
     const std::size_t end = std::min(text.find('\n'), text.size());

@@ -16,7 +16,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// Expects an error with its line (nothing: without a line), and its text on the golden page.
+/// Expects an error with its line (or without one if the optional is empty), and its text on the golden page.
 void expect_error(const std::string& text, std::optional<std::int64_t> line) {
   const auto table = parse_csv(text, "t.csv");
   ASSERT_FALSE(table) << text;

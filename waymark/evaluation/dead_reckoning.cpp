@@ -8,12 +8,12 @@
 namespace waymark {
 namespace {
 
-/// The angle turned since the first gyro sample, at any time that the samples cover.
+/// The angle turned since the first gyro sample, at any time covered by the samples.
 class GyroAngle {
  public:
   explicit GyroAngle(const std::vector<ImuSample>& imu) : imu_(imu) {}
 
-  /// Times must not decrease from call to call.
+  /// Times must not decrease between calls.
   double at(SensorTime stamp) {
     while (next_ + 1 < imu_.size() && imu_[next_ + 1].stamp <= stamp) {
       angle_rad_ += turned_until(imu_[next_ + 1].stamp);

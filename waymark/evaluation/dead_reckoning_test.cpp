@@ -15,7 +15,7 @@ SensorTime at_s(double seconds) { return SensorTime(Duration(std::llround(second
 TEST(DeadReckoning, UsesTheRotationOfTheGyroAndTheDistanceOfTheWheels) {
   std::vector<Odometry> odometry;
   std::vector<ImuSample> imu;
-  for (int i = 0; i <= 500; ++i) {  // the wheels measure half of the turn
+  for (int i = 0; i <= 500; ++i) {  // the wheels measure half the turn
     const double t_s = 0.02 * i;
     imu.push_back({.stamp = at_s(t_s), .angular_velocity_rad_s = {0, 0, 0.4}});
     odometry.push_back({.stamp = at_s(t_s), .odom_T_base = SE2::exp({0.5 * t_s, 0, 0.2 * t_s})});

@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, 8> kCorners = {"x0", "y0", "x1", "y1", "x
 constexpr std::array<std::string_view, 14> kKnownColumns = {
     "image", "id", "x0", "y0", "x1", "y1", "x2", "y2", "x3", "y3", "size", "size_px", "tilt_deg", "family"};
 
-/// Indices of the used columns in the table.
+/// Indices of the columns used.
 struct Columns {
   std::size_t image = 0;
   std::size_t id = 0;
@@ -162,14 +162,14 @@ std::optional<std::string> find_image(const DetectionTruth& truth, std::string_v
 
 namespace {
 
-/// Unmatched detections and true tags.
+/// Detections and true tags that have not been matched yet.
 struct Free {
   std::vector<bool> detections;
   std::vector<bool> truth;
 };
 
-/// Greedy assignment that begins with the nearest pair. `distance(d, t)` returns a negative number for a pair
-/// that must not match.
+/// Greedy assignment that starts with the nearest pair. `distance(d, t)` returns a negative number for pairs
+/// that must not be matched.
 template <class Distance>
 std::vector<MatchedPair> take_nearest(Free& free, Distance&& distance) {
   std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
@@ -285,7 +285,7 @@ struct ConsistencySums {
       const auto corner_index = static_cast<std::size_t>(i);
       e.segment<2>(2 * i) = detection.corners_px[corner_index] - truth.corners_px[corner_index];
       const Eigen::Matrix2d block =
-          covariance.block<2, 2>(2 * i, 2 * i);  // positive definite as a principal block
+          covariance.block<2, 2>(2 * i, 2 * i);  // positive definite because it is a principal block
       corner += e.segment<2>(2 * i).dot(block.llt().solve(e.segment<2>(2 * i)));
     }
     tag += e.dot(llt.solve(e));
@@ -300,7 +300,7 @@ struct ConsistencySums {
   }
 };
 
-/// Sums of one class.
+/// Sums for one class.
 struct ClassSums {
   std::size_t truth = 0;
   std::size_t found = 0;

@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 
 const std::string kHeader = "image,id,x0,y0,x1,y1,x2,y2,x3,y3";
 
-/// Expects an error with its place and a part of its message or hint, and its text on the golden page.
+/// Expects an error with its location and a part of its message or hint, and its text on the golden page.
 void expect_error(const std::string& text, std::optional<std::int64_t> line, const std::string& column,
                   const std::string& part = "") {
   const auto truth = parse_truth(text, "truth.csv");
@@ -51,7 +51,7 @@ TEST(Truth, ParsesRowsAndDefaults) {
   EXPECT_EQ(tags[0].corners_px[2], Eigen::Vector2d(10, 10));
   EXPECT_EQ(tags[0].corners_px[3], Eigen::Vector2d(0, 10));
   EXPECT_EQ(tags[1].tag, (TagId{FamilyId::Tag16h5, 3}));
-  EXPECT_EQ(tags[1].size_px, 4);  // the mean side, because there is no size
+  EXPECT_EQ(tags[1].size_px, 4);  // the mean side length, because no size is given
   EXPECT_FALSE(tags[1].tilt_deg);
 }
 
@@ -71,7 +71,7 @@ TEST(Truth, FindsTheImageOfAPath) {
   const DetectionTruth truth = {{"A_010_0", {}}, {"left/1.png", {}}, {"1", {}}, {".hidden", {}}};
   EXPECT_EQ(find_image(truth, "data/clean/A_010_0.png"), "A_010_0");
   EXPECT_EQ(find_image(truth, "A_010_0"), "A_010_0");
-  EXPECT_EQ(find_image(truth, "/x/left/1.png"), "left/1.png");  // the longest name wins
+  EXPECT_EQ(find_image(truth, "/x/left/1.png"), "left/1.png");  // the longest matching name is used
   EXPECT_EQ(find_image(truth, "/x/right/1.png"), "1");
   EXPECT_EQ(find_image(truth, "/x/.hidden"), ".hidden");
   EXPECT_EQ(find_image(truth, "A_010_00.png"), std::nullopt);
@@ -98,7 +98,7 @@ TagDetection detection(int number, Corners corners, const Eigen::Vector2d& shift
 
 TEST(Matching, ByIdForUniqueIds) {
   const std::vector<TrueTag> truth = {true_tag(1, square(0, 0, 20)), true_tag(2, square(1, 0, 20))};
-  // Each is nearer to the position of the other, but the ids decide.
+  // Each detection is nearer to the position of the other tag, but the ids decide.
   const std::vector<TagDetection> found = {detection(2, square(0, 0, 20)), detection(1, square(1, 0, 20))};
   const Matching matching = match_detections(found, truth);
   EXPECT_THAT(matching.correct, ElementsAre(MatchedPair{0, 1}, MatchedPair{1, 0}));
@@ -122,7 +122,7 @@ TEST(Matching, AnotherPositionOrRotationIsNotCorrect) {
   std::rotate(turned.begin(), turned.begin() + 1, turned.end());
   const Matching matching = match_detections(std::vector{detection(1, turned)}, truth);
   EXPECT_THAT(matching.correct, IsEmpty());
-  EXPECT_THAT(matching.wrong_id, ElementsAre(MatchedPair{0, 0}));  // decoded in a wrong rotation
+  EXPECT_THAT(matching.wrong_id, ElementsAre(MatchedPair{0, 0}));  // decoded in the wrong rotation
   EXPECT_THAT(matching.missed, ElementsAre(0U));
 }
 
@@ -261,10 +261,10 @@ TEST(Scores, ConsistentCovariancesGiveTheirDegreesOfFreedom) {
   const CornerConsistency consistency = scores.consistency.value_or(CornerConsistency{});
   EXPECT_EQ(consistency.tags, static_cast<std::size_t>(kTags));
   EXPECT_EQ(scores.unusable_covariances, 1U);
-  // Chi-square with k degrees of freedom has variance 2k; the tolerance is 4 sigma of the mean.
+  // Chi-square with k degrees of freedom has variance 2k; the tolerance is 4 standard deviations of the mean.
   EXPECT_NEAR(consistency.mean_nes_tag, 8, 4 * std::sqrt(16.0 / kTags));
   EXPECT_NEAR(consistency.mean_nes_corner, 2,
-              4 * std::sqrt(4.0 / kTags));  // the corners of a tag are correlated
+              4 * std::sqrt(4.0 / kTags));  // the corners of one tag are correlated
 }
 
 }  // namespace

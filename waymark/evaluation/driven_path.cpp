@@ -11,7 +11,7 @@ namespace {
 
 double angle_between(double from, double to) { return std::remainder(to - from, 2 * std::numbers::pi); }
 
-/// Nearest point of the segment from pose i to the next.
+/// Nearest point on the segment from pose i to the next.
 PathFoot foot_on(const std::vector<PathPose>& path, std::size_t i, const Eigen::Vector2d& map_p) {
   const PathPose& a = path[i];
   const PathPose& b = path[i + 1];
@@ -51,14 +51,14 @@ std::optional<double> lap_length_m(const std::vector<PathPose>& path) {
   double farthest = 0;
   for (const PathPose& at : path) farthest = std::max(farthest, (at.map_p - path[0].map_p).norm());
   const double back_m = std::min(1.0, farthest / 4);  // [m] distance from the start that counts as a return …
-  const double away_m = std::min(2.0, farthest / 2);  // [m] … after this distance was exceeded
+  const double away_m = std::min(2.0, farthest / 2);  // [m] … once this distance has been exceeded
   bool was_away = false;
   std::optional<PathFoot> closing;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     const double distance = (path[i].map_p - path[0].map_p).norm();
     was_away = was_away || distance > away_m;
     if (!was_away) continue;
-    if (closing && distance > back_m) break;  // past the first return
+    if (closing && distance > back_m) break;  // beyond the first return
     if (distance > back_m || std::abs(angle_between(path[0].yaw_rad, path[i].yaw_rad)) > kSameHeading)
       continue;
     keep_nearer(closing, foot_on(path, i, path[0].map_p));

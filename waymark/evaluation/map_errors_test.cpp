@@ -60,7 +60,7 @@ CameraModel camera() {
   return CameraModel::make(PinholeRadtan{.fx = 600, .fy = 600, .cx = 320, .cy = 240}, 640, 480).value();
 }
 
-/// A tag two metres ahead of the origin, at the height of the camera and visible from there.
+/// A tag two metres in front of the origin, at camera height and visible from there.
 TagMap map_of_one() { return {{{kTag, {SE3(body_R_optical(), Eigen::Vector3d(2, 0, 0.2)), 0.2, {}}}}}; }
 
 TagFrame seen_from_origin(const Eigen::Vector2d& off_px) {

@@ -18,9 +18,9 @@ constexpr double kMaxReach_px = 8;
 constexpr double kReachOfCell = 0.85;  // excludes the data bits and the area beyond the paper
 constexpr double kStep_px = 0.5;
 constexpr double kLeastContrast = 30;
-constexpr double kSaturated = 250;  // a clipped step would appear steeper
-// Variance added by sampling between pixels, averaged over subpixel positions: 1/12 for the pixel area, 1/6
-// for the linear interpolation.
+constexpr double kSaturated = 250;  // a clipped step would appear steeper than it is
+// Variance added by sampling between pixels, averaged over subpixel positions: 1/12 from the pixel area and
+// 1/6 from linear interpolation.
 constexpr double kSampling_px2 = 1.0 / 12 + 1.0 / 6;
 
 const TagDetection* find(const TagFrame& frame, const TagId& tag) {
@@ -28,7 +28,8 @@ const TagDetection* find(const TagFrame& frame, const TagId& tag) {
   return it == frame.detections.end() ? nullptr : &*it;
 }
 
-/// Grey levels across the edge from `reach` inside to `reach` outside, averaged along its central part.
+/// Grey levels across the edge, from `reach` inside to `reach` outside, averaged along the central part of
+/// the edge.
 std::vector<double> profile_across(const ImageView& image, const Eigen::Vector2d& from,
                                    const Eigen::Vector2d& to, const Eigen::Vector2d& outward,
                                    double reach_px) {
@@ -45,8 +46,8 @@ std::vector<double> profile_across(const ImageView& image, const Eigen::Vector2d
   return levels;
 }
 
-/// Second central moment of the step as a density over the distance from the edge; none if there is no step
-/// or it is outside the central part.
+/// Second central moment of the step, taken as a density over the distance from the edge. `nullopt` if there
+/// is no step or it is outside the central part.
 std::optional<double> variance_of_step(const std::vector<double>& levels, double reach_px) {
   const std::size_t n = levels.size();
   const double inside = (levels[0] + levels[1] + levels[2]) / 3;
@@ -61,10 +62,10 @@ std::optional<double> variance_of_step(const std::vector<double>& levels, double
     area += weight * share;
     moment += weight * d * share;
   }
-  // Integrals of d and d^2 times the slope, by parts.
+  // Integrals of d and d^2 times the slope, using integration by parts.
   const double mean = reach_px - area;
   const double variance = reach_px * reach_px - 2 * moment - mean * mean;
-  const double most = reach_px / 2.2;  // wider ones are truncated
+  const double most = reach_px / 2.2;  // wider steps are truncated
   if (std::abs(mean) > 1.5 || variance <= 0 || variance > most * most) return std::nullopt;
   return variance;
 }
@@ -96,7 +97,7 @@ std::vector<EdgeBlur> edge_blurs(const ImageView& image, const TagFrame& before,
       const double cell_px =
           std::min((to - from).norm(), (beside - from).norm()) / family(tag.tag.family).width_at_border;
       if (cell_px < kLeastCell_px) continue;
-      const double reach_px =  // a multiple of the step, so that both ends are sampled alike
+      const double reach_px =  // a multiple of the step, so that both ends are sampled in the same way
           kStep_px * std::floor(std::min(kReachOfCell * cell_px, kMaxReach_px) / kStep_px);
       if (!inside(image, tag, reach_px + 1)) continue;
       Eigen::Vector2d outward = Eigen::Vector2d(to.y() - from.y(), from.x() - to.x()).normalized();

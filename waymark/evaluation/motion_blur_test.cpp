@@ -1,4 +1,4 @@
-// Tests on black squares with known blur from lens, pixel and motion.
+// Tests black squares with known blur from lens, pixel and motion.
 #include "waymark/evaluation/motion_blur.hpp"
 
 #include <algorithm>
@@ -13,14 +13,14 @@
 namespace waymark {
 namespace {
 
-constexpr double kSide_px = 61;  // cells of 7.6
+constexpr double kSide_px = 61;  // the cells are 7.6 px wide
 constexpr int kPictureWidth = 320;
 constexpr int kPictureHeight = 240;
 const TagId kSquare{FamilyId::Tag36h11, 3};
 
 double below(double x, double sigma) { return 0.5 * std::erfc(-x / (sigma * std::numbers::sqrt2)); }
 
-/// Share of the pixel at x that the square covers, with its left side at `left`.
+/// Fraction of the pixel at x that is covered by the square, whose left side is at `left`.
 double shadow(double x, double left, double sigma) {
   return below(x - left, sigma) - below(x - left - kSide_px, sigma);
 }
@@ -35,10 +35,10 @@ TagFrame frame_at(double left, double top, double stamp_s) {
   return frame;
 }
 
-/// The square moves to the right during the exposure; `gamma` is applied as by a camera.
+/// The square moves to the right during the exposure; `gamma` is applied as in a camera.
 Image picture(double left, double top, double smear_px, double sigma_px, double gamma, Random& random) {
   constexpr int kMoments = 24;
-  const double sigma = std::hypot(sigma_px, std::sqrt(1.0 / 12));  // the pixel area as a Gaussian
+  const double sigma = std::hypot(sigma_px, std::sqrt(1.0 / 12));  // approximates the pixel area
   Image image(kPictureWidth, kPictureHeight);
   std::vector<double> dark(kPictureWidth, 0.0);
   for (int x = 0; x < kPictureWidth; ++x)

@@ -8,17 +8,18 @@
 
 namespace waymark {
 
-/// An estimate with the reference at its time.
+/// An estimate and the reference at the same time.
 struct PosePair {
   EstimatedPose estimated{};
   SE3 reference{};  ///< ref_T_base
 };
 
-/// The pose of the base at `stamp`, interpolated linearly between the two neighbouring poses. None outside
-/// the trajectory, or if the two poses are further apart than `max_gap`. O(log poses).
+/// The pose of the base at `stamp`, interpolated linearly between the two neighbouring poses. `nullopt`
+/// outside the time span of the trajectory, or if the two poses are further apart than `max_gap`. O(log
+/// poses).
 [[nodiscard]] std::optional<SE3> pose_at(const Trajectory& trajectory, SensorTime stamp, Duration max_gap);
 
-/// Pairs each estimate with the reference at its stamp; estimates without a reference are skipped. Both
+/// Pairs each estimate with the reference at the same time; estimates without a reference are skipped. Both
 /// inputs must be in time order.
 [[nodiscard]] std::vector<PosePair> pair_by_time(const EstimatedTrajectory& estimated,
                                                  const Trajectory& reference, Duration max_gap);

@@ -19,8 +19,8 @@ namespace {
 constexpr double kStanding = 0.01;   // m/s, rad/s
 constexpr double kSettling_s = 0.3;  // oscillation after a stop is not a bias
 constexpr double kNormal =
-    1.4826;  // median absolute deviation to standard deviation of a normal distribution
-constexpr std::size_t kMinSamples = 20;  // for a statistic
+    1.4826;  // from median absolute deviation to standard deviation for a normal distribution
+constexpr std::size_t kMinSamples = 20;  // minimum for computing a statistic
 
 double spread(std::vector<double> values) {
   const double middle = quantile(values, 0.5);
@@ -36,7 +36,7 @@ std::vector<double> steps_of(const std::vector<double>& stamps) {
   return steps;
 }
 
-/// A longer step counts as a gap.
+/// Longer steps count as gaps.
 double longest_regular(const std::vector<double>& steps) { return std::max(0.3, 5 * quantile(steps, 0.5)); }
 
 StreamProfile stream_of(const std::vector<double>& stamps) {
@@ -67,7 +67,7 @@ std::vector<Gap> gaps_of(const std::vector<double>& stamps) {
   return gaps;
 }
 
-/// The newest value at a time; `at` only advances from call to call.
+/// The newest value at a given time; `at` only advances from call to call.
 template <class Point>
 const Point& held(const std::vector<Point>& points, double at_s, std::size_t& at) {
   while (at + 1 < points.size() && points[at + 1].at_s <= at_s) ++at;
@@ -160,7 +160,7 @@ void RecordingProfiler::measure_cameras(RecordingProfile& profile) const {
 }
 
 /// Second differences of the corners, in units of the noise of one coordinate. The common motion of the tag,
-/// for example by camera shake, is removed, and with it a quarter of the variance.
+/// caused for example by camera shake, is removed, and a quarter of the variance with it.
 void RecordingProfiler::add_corner_noise(const TagDetection& first, const TagDetection& middle,
                                          const TagDetection& last, std::vector<double>& noise) {
   const double scale = std::sqrt(4.0 / 3) / std::sqrt(6.0);
@@ -243,7 +243,7 @@ void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
     best = error / moments;
     profile.command_delay_s = delay;
   }
-  // A best delay at the limit of the search means that the speeds do not follow these commands.
+  // If the best delay is at the limit of the search, the speeds do not follow these commands.
   if (profile.command_delay_s > kMaxDelay_s - 0.05) profile.command_delay_s.reset();
 }
 
@@ -265,7 +265,7 @@ namespace {
 
 constexpr Duration kMaxPoseGap = std::chrono::milliseconds(500);
 
-/// Integral of the commanded yaw rate between two times; each command holds until the next.
+/// Integral of the commanded yaw rate between two points in time; each command applies until the next.
 double commanded_rad(const std::vector<StampedCommand>& commands, std::size_t& at, SensorTime from,
                      SensorTime to) {
   while (at + 1 < commands.size() && commands[at + 1].stamp <= from) ++at;

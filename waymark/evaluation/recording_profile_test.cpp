@@ -12,7 +12,8 @@ namespace {
 
 SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-/// A robot that stands still for 5 s and drives for 15 s, with known noise and a camera that fails for 2 s.
+/// A robot that is stationary for 5 s and then drives for 15 s, with known noise and a camera that fails for
+/// 2 s.
 RecordingProfile known_recording() {
   RecordingProfiler profiler;
   Random random(1);
@@ -77,7 +78,7 @@ struct Drive {
   Trajectory trajectory{};
 };
 
-/// Turns left and right, by `gain` times the command of `delay` before.
+/// Turns left and right at `gain` times the yaw rate commanded `delay` earlier.
 Drive drive(double gain, Duration delay, double most_rad_s) {
   Drive drive;
   double yaw_rad = 0;
@@ -115,7 +116,7 @@ TEST(ObservationDistance, IsTheQuantileOverMapTags) {
   const TagMap map{.tags = {{near, {.map_T_tag = SE3(SO3(), {4, 0, 0.2}), .size_m = 0.1}}}};
   Trajectory trajectory;
   std::vector<TagFrame> frames;
-  for (int i = 0; i < 100; ++i) {  // from 4 m to 1.03 m
+  for (int i = 0; i < 100; ++i) {  // approaches from 4 m to 1.03 m
     const SensorTime at = SensorTime(i * kStep);
     trajectory.push_back({at, SE3(SO3(), {0.03 * i, 0, 0})});
     frames.push_back({.stamp = at, .detections = {TagDetection{.tag = near}, TagDetection{.tag = unknown}}});

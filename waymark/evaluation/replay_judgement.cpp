@@ -25,7 +25,7 @@ constexpr double kShortestMetres = 0.5;
 constexpr double kWindowMetres = 0.5;  // maximum motion of the foot point between consecutive poses
 constexpr double kLapToleranceMetres = 0.25;
 
-/// The foot point near an arc length of a closed lap, over all passes of the teach lap.
+/// The foot point near an arc length on a closed lap, considering all passes of the teach lap.
 std::optional<PathFoot> foot_near(const std::vector<PathPose>& taught, const PathPose& at, double arc_m,
                                   const std::optional<double>& lap_m) {
   std::optional<PathFoot> nearest;
@@ -38,7 +38,7 @@ std::optional<PathFoot> foot_near(const std::vector<PathPose>& taught, const Pat
   return nearest;
 }
 
-/// Positions of a replay projected onto the taught path, in order, with the distance along it.
+/// The positions of a replay projected onto the taught path, in order, with the distance along the path.
 struct Feet {
   std::vector<PathFoot> feet;
   double progress_m = 0;

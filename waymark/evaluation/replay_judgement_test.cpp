@@ -1,4 +1,4 @@
-// Compares drives with errors that are known by construction.
+// Compares drives whose errors are known by construction.
 #include "waymark/evaluation/replay_judgement.hpp"
 
 #include <cmath>
@@ -18,7 +18,7 @@ constexpr Hull kHull{.front_m = 0.2, .rear_m = 0.2, .width_m = 0.2, .height_m = 
 
 SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-/// Counter-clockwise around the origin; the heading is rotated by `turned_rad` from the tangent.
+/// A counter-clockwise circle around the origin; the heading is rotated by `turned_rad` from the tangent.
 Trajectory circle(double radius_m, double from_turns, double turns, double turned_rad = 0) {
   Trajectory trajectory;
   for (int i = 0; i <= 3000; ++i) {
@@ -48,7 +48,7 @@ TEST(ReplayJudgement, CountsLapsByTheDistanceAlongTheTaughtPath) {
   const Trajectory taught = circle(2, 0, 1.08);
   EXPECT_EQ(judge_replay(circle(2, 0, 0.5), taught, {}, kHull)->laps_completed, 0);
   EXPECT_EQ(judge_replay(circle(2, 0.9, 0.99), taught, {}, kHull)->laps_completed, 1)
-      << "0.13 m short, within the tolerance";
+      << "0.13 m short, which is within the tolerance";
   EXPECT_EQ(judge_replay(circle(2, 0, 0.97), taught, {}, kHull)->laps_completed, 0);
   EXPECT_EQ(judge_replay(circle(2, 0.3, 2.5), taught, {}, kHull)->laps_completed, 2);
   EXPECT_NEAR(judge_replay(circle(2, 0.3, 2.5), taught, {}, kHull)->laps, 2.5, 0.01);
@@ -72,12 +72,12 @@ TEST(ReplayJudgement, AcceptsEitherPassOfTheOverlap) {
   EXPECT_NEAR(judge_replay(circle(2.04, 0.2, 0.5), taught, {}, kHull)->cross_track_rmse_m, 0.04, 1e-3);
 }
 
-/// A drive 1.5 m ahead, back along the same path, and ahead again, `aside_m` to the left of it.
+/// A drive 1.5 m forwards, back along the same path, and forwards again, `aside_m` to the left of it.
 Trajectory there_and_back(double aside_m) {
   Trajectory trajectory;
   for (int i = 0; i <= 450; ++i) {
     const double x = i <= 150 ? 0.01 * i : (i <= 300 ? 3 - 0.01 * i : 0.01 * (i - 300));
-    const double left = aside_m + (i <= 300 ? 0 : 0.3 * x * x);  // the last part bends
+    const double left = aside_m + (i <= 300 ? 0 : 0.3 * x * x);  // the last part is curved
     const double yaw = i <= 300 ? 0 : std::atan(0.6 * x);
     trajectory.push_back({at(0.05 * i), lift(SE2(x, left, yaw))});
   }
@@ -89,7 +89,7 @@ TEST(ReplayJudgement, DistinguishesTheWayBackFromTheWayThere) {
     const auto judged = judge_replay(there_and_back(aside_m), there_and_back(0), {}, kHull);
     ASSERT_TRUE(judged);
     EXPECT_LT(judged->cross_track_max_m, std::abs(aside_m) + 1e-3);
-    EXPECT_NEAR(judged->progress_m, 4.6, 0.1) << "all three parts";
+    EXPECT_NEAR(judged->progress_m, 4.6, 0.1) << "all three parts of the drive";
     EXPECT_LT(judged->heading_rmse_deg, 1);
   }
 }
@@ -104,7 +104,7 @@ TEST(ReplayJudgement, AStandstillCountsOnce) {
 
 TEST(ReplayJudgement, ClearanceIsFromHullToTrueTag) {
   TagMap tags;
-  // An upright tag 0.5 m outside the circle, with its edge towards the robot; half a side is 0.08 m.
+  // An upright tag 0.5 m outside the circle, with its edge facing the robot; half its side is 0.08 m.
   const Eigen::Matrix3d upright = (Eigen::Matrix3d() << -1, 0, 0, 0, 0, 1, 0, -1, 0).finished();
   tags.tags[TagId{}] = {.map_T_tag = SE3(SO3::from_matrix(upright), {2.5, 0, 0.2}), .size_m = 0.16};
   const auto judged = judge_replay(circle(2, -0.2, 0.5), circle(2, -0.3, 1.1), tags, kHull);

@@ -24,7 +24,7 @@ ErrorStatistics statistics_of(std::vector<double> errors) {
   for (double& error : errors) error = std::abs(error);
   std::ranges::sort(errors);
   const auto n = static_cast<double>(errors.size());
-  const auto quantile = [&](double share) {  // linear between ranks, like numpy.percentile
+  const auto quantile = [&](double share) {  // linear between ranks, as in numpy.percentile
     const double rank = share * (n - 1);
     const auto below = static_cast<std::size_t>(rank);
     const std::size_t above = std::min(below + 1, errors.size() - 1);
@@ -48,8 +48,8 @@ constexpr std::array<std::pair<AlignmentKind, std::string_view>, 4> kAlignmentNa
      {AlignmentKind::Se3, "se3"},
      {AlignmentKind::Sim3, "sim3"}}};
 
-/// Spread of the positions along their second widest direction [m], or for se2 along the widest in the floor
-/// plane. Without spread, a rotation is not observable.
+/// Spread of the positions along their second-widest direction [m] or, for se2, along the widest direction in
+/// the floor plane. Without spread, a rotation is not observable.
 double decisive_spread_m(const Positions& p, AlignmentKind kind) {
   Positions centred = p.colwise() - p.rowwise().mean();
   if (kind == AlignmentKind::Se2) centred.row(2).setZero();
@@ -110,7 +110,7 @@ Result<Alignment> align(const std::vector<PosePair>& pairs, AlignmentKind kind) 
 
 namespace {
 
-/// A side of the path: start, direction (a unit vector) and length.
+/// One side of the path, with its start, direction (a unit vector) and length.
 struct Side {
   Eigen::Vector2d begin{};
   Eigen::Vector2d along{};
@@ -143,7 +143,8 @@ double nearest_m(const std::vector<Side>& sides, const Eigen::Vector2d& p) {
   return nearest;
 }
 
-/// The side whose direction is closest to the heading of the robot; among equal ones, the nearest.
+/// The side whose direction is closest to the heading of the robot; the nearest one if several are equally
+/// close.
 const Side& side_driven(const std::vector<Side>& sides, const SE2& map_T_base) {
   constexpr double kAlike = 1e-3;
   const Eigen::Vector2d ahead(std::cos(map_T_base.yaw()), std::sin(map_T_base.yaw()));
@@ -195,7 +196,7 @@ Eigen::Vector3d planar_error(const PosePair& pair, const Alignment& alignment) {
           wrapped(estimated.yaw() - reference.yaw())};
 }
 
-/// The covariance of the aligned estimate: its position part is rotated and scaled like the estimate.
+/// The covariance of the aligned estimate, whose position part is rotated and scaled like the estimate.
 Eigen::Matrix3d aligned_covariance(const Eigen::Matrix3d& covariance, const Alignment& alignment) {
   Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
   const double yaw = project_to_plane(alignment.ref_T_est).yaw();
@@ -227,14 +228,15 @@ std::optional<Consistency> consistency_of(const std::vector<PosePair>& pairs, co
   return found;
 }
 
-/// The error of the motion from pair i to pair j, in the base at i.
+/// The error of the motion from pair i to pair j, in the base frame at i.
 SE3 motion_error(const PosePair& i, const PosePair& j, double scale) {
   SE3 estimated = i.estimated.map_T_base.inverse() * j.estimated.map_T_base;
   estimated = SE3(estimated.rotation(), scale * estimated.translation());
   return (i.reference.inverse() * j.reference).inverse() * estimated;
 }
 
-/// Position of each pair on the scale of the relative errors: time [s], or length of the reference [m].
+/// Position of each pair along the axis used for relative errors: time [s], or path length of the reference
+/// [m].
 std::vector<double> positions_along(const std::vector<PosePair>& pairs, bool by_metres) {
   std::vector<double> along;
   for (std::size_t i = 0; i < pairs.size(); ++i) {

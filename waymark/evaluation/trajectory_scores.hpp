@@ -15,7 +15,7 @@
 
 namespace waymark {
 
-/// Statistics of a list of errors, in their unit. All 0 for an empty list.
+/// Statistics of a list of errors, in the unit of the errors. All are 0 for an empty list.
 struct ErrorStatistics {
   std::size_t count = 0;
   double rmse = 0;
@@ -25,11 +25,11 @@ struct ErrorStatistics {
   double max = 0;
 };
 
-/// Statistics of the absolute values. O(n log n).
+/// Statistics of the absolute values of the errors. O(n log n).
 [[nodiscard]] ErrorStatistics statistics_of(std::vector<double> errors);
 
-/// Alignment before errors are measured. An estimate in map needs None; a trajectory in its own frame
-/// (odometry) can only be compared in shape.
+/// Alignment applied before errors are measured. An estimate in the map frame needs None; for a trajectory in
+/// its own frame (odometry), only the shape can be compared.
 enum class AlignmentKind : std::uint8_t { None, Se2, Se3, Sim3 };
 
 /// "none", "se2", "se3", "sim3".
@@ -47,38 +47,38 @@ struct Alignment {
   }
 };
 
-/// The alignment that minimises the sum of squared position distances (Umeyama, "Least-Squares Estimation of
-/// Transformation Parameters Between Two Point Patterns", 1991, equations 40-42), the same as that of evo
-/// with its options align and correct_scale. For se2 it rotates about z and translates in x and y only. Fails
-/// (InvalidArgument) on fewer than three pairs, or if the positions spread too little to determine a
-/// rotation. O(pairs).
+/// The alignment that minimises the sum of squared distances between positions (Umeyama, "Least-Squares
+/// Estimation of Transformation Parameters Between Two Point Patterns", 1991, equations 40-42), as in evo
+/// with the options align and correct_scale. For se2, it only rotates about z and translates in x and y.
+/// Fails (InvalidArgument) if there are fewer than three pairs or the positions are not spread out enough to
+/// determine a rotation. O(pairs).
 [[nodiscard]] Result<Alignment> align(const std::vector<PosePair>& pairs, AlignmentKind kind);
 
-// Distance of a trajectory from a path without times, e.g. a tape on the floor or a route.
+// Distance between a trajectory and a path without timestamps, e.g. tape on the floor or a route.
 
 /// Corners of a path on the floor, connected by straight lines [m].
 struct FloorPath {
   std::vector<Eigen::Vector2d> corners{};
-  bool closed = false;  ///< the last corner is connected to the first
+  bool closed = false;  ///< whether the last corner is connected to the first
 };
 
 struct PathScores {
-  ErrorStatistics distance_m{};  ///< from the nearest point of the path
+  ErrorStatistics distance_m{};  ///< distance to the nearest point on the path
   /// Signed distances (positive to the left) from the line through the side whose direction is closest to the
-  /// heading of the robot, at any distance. These are the values read off by hand if each side is evaluated
-  /// separately.
+  /// heading of the robot, however far away it is. These are the values one reads off by hand when evaluating
+  /// each side separately.
   ErrorStatistics side_m{};
-  double side_mean_m = 0;  ///< of the signed distances: shows a constant offset to one side
+  double side_mean_m = 0;  ///< mean of the signed distances, which reveals a constant offset to one side
 };
 
-/// None if the path has fewer than two corners or there are no estimates. O(estimates * corners).
+/// `nullopt` if the path has fewer than two corners or there are no estimates. O(estimates * corners).
 [[nodiscard]] std::optional<PathScores> score_path(const EstimatedTrajectory& estimated,
                                                    const FloorPath& path);
 
 /// The path of a trajectory, with corners at least `step_m` apart.
 [[nodiscard]] FloorPath floor_path(const Trajectory& trajectory, double step_m);
 
-// Errors of a trajectory relative to another with known times.
+// Errors of a trajectory relative to another one, both with timestamps.
 
 struct TrajectoryScoreOptions {
   double rpe_delta_s = 1;
@@ -111,19 +111,19 @@ struct TrajectoryScoreOptions {
   }
 };
 
-/// Consistency of the covariance of the estimate with its errors in x, y and yaw. Normalised estimation error
-/// squared: e' P^-1 e (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and
+/// Consistency between the covariance of the estimate and its errors in x, y and yaw. Normalised estimation
+/// error squared: e' P^-1 e (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and
 /// Navigation", section 5.4.2).
 struct Consistency {
-  std::size_t count = 0;    ///< estimates with a positive definite covariance
-  double nees_mean = 0;     ///< 3 if consistent; larger: covariance too small, smaller: too large
+  std::size_t count = 0;    ///< number of estimates with a positive definite covariance
+  double nees_mean = 0;     ///< 3 if consistent; larger if the covariance is too small
   double nees_median = 0;   ///< 2.37 if consistent
-  double inside_95 = 0;     ///< share within the 95 % ellipsoid
-  std::size_t refused = 0;  ///< estimates whose covariance is not positive definite
+  double inside_95 = 0;     ///< fraction within the 95 % ellipsoid
+  std::size_t refused = 0;  ///< number of estimates whose covariance is not positive definite
 };
 
-/// Errors of the motion over a duration or length (evo's relative pose error: translation part and rotation
-/// angle).
+/// Errors of the motion over a given duration or length (evo's relative pose error: translation part and
+/// rotation angle).
 struct RelativeErrors {
   ErrorStatistics translation_m{};
   ErrorStatistics rotation_deg{};
@@ -131,17 +131,17 @@ struct RelativeErrors {
 
 struct TrajectoryScores {
   Alignment alignment{};
-  ErrorStatistics ate_m{};  ///< distance in space at equal times, after alignment
+  ErrorStatistics ate_m{};  ///< 3D distance at equal times, after alignment
   ErrorStatistics rotation_deg{};
-  ErrorStatistics heading_deg{};  ///< of yaw alone
+  ErrorStatistics heading_deg{};  ///< error in yaw alone
   RelativeErrors relative{};
-  std::optional<Consistency> consistency{};  ///< none if no estimate has a covariance
+  std::optional<Consistency> consistency{};  ///< `nullopt` if no estimate has a covariance
   std::size_t jumps = 0;
-  double end_error_m = 0;  ///< of the last estimate
+  double end_error_m = 0;  ///< position error of the last estimate
 };
 
-/// Scores estimates relative to a reference; `pairs` is as returned by pair_by_time(). Fails if there are no
-/// pairs or the alignment fails. O(pairs log pairs).
+/// Scores estimates relative to a reference, using the `pairs` returned by pair_by_time(). Fails if there are
+/// no pairs or the alignment fails. O(pairs log pairs).
 [[nodiscard]] Result<TrajectoryScores> score_trajectory(const std::vector<PosePair>& pairs,
                                                         AlignmentKind kind,
                                                         const TrajectoryScoreOptions& options = {});
@@ -151,7 +151,7 @@ struct TrajectoryScores {
 [[nodiscard]] std::size_t count_jumps(const std::vector<PosePair>& pairs,
                                       const TrajectoryScoreOptions& options);
 
-/// The share of [from, to] with an estimate within the maximum gap.
+/// The fraction of [from, to] that is covered by estimates no further apart than the maximum gap.
 [[nodiscard]] double covered_share(const EstimatedTrajectory& estimated, SensorTime from, SensorTime to,
                                    Duration max_gap);
 

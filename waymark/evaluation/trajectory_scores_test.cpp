@@ -14,7 +14,7 @@ namespace {
 
 SensorTime at_s(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-/// A circle of 1 m radius, once in 10 s, with changing height.
+/// A circle with a 1 m radius, driven once in 10 s, with varying height.
 SE3 on_circle(double t_s) {
   const double a = 2 * std::numbers::pi * t_s / 10;
   return {SO3::exp({0, 0, a + std::numbers::pi / 2}), {std::cos(a), std::sin(a), 0.1 * std::sin(3 * a)}};
@@ -99,7 +99,7 @@ TEST(Scores, ConsistentCovariancesStayConsistentAfterAlignment) {
   const double sigma = std::sqrt(6.0 / static_cast<double>(truth.size()));
   EXPECT_NEAR(scores->consistency->nees_mean, 3, 4 * sigma);
   EXPECT_NEAR(scores->consistency->inside_95, 0.95, 0.006);
-  for (EstimatedPose& estimate : estimated) {  // the same in a rotated frame
+  for (EstimatedPose& estimate : estimated) {  // the same trajectory in a rotated frame
     const Eigen::Matrix3d turn = moved.rotation().matrix();
     Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
     J.topLeftCorner<2, 2>() = turn.topLeftCorner<2, 2>();
@@ -138,11 +138,12 @@ TEST(Path, MeasuresDistanceToThePathAndToTheDrivenSide) {
   ASSERT_TRUE(scores);
   EXPECT_NEAR(scores->distance_m.rmse, std::sqrt((0.01 + 0.0064) / 2), 1e-12);
   EXPECT_NEAR(scores->side_mean_m, (0.1 - 0.08) / 2, 1e-12);
-  // Beyond the corner, but still heading along the first side: near the second side, off the first one.
+  // Beyond the corner, but still heading along the first side: close to the second side, away from the first
+  // one.
   const auto beyond = score_path({standing(1.5, 0.2, 0)}, kRectangle);
   EXPECT_NEAR(beyond->distance_m.max, 0.18, 1e-12);
   EXPECT_NEAR(beyond->side_mean_m, 0.2, 1e-12);
-  // The side back to the first corner exists only in a closed path.
+  // The side back to the first corner only exists in a closed path.
   const FloorPath open{kRectangle.corners, false};
   EXPECT_NEAR(score_path({standing(0, 0.5, -90)}, open)->distance_m.max, 0.5, 1e-12);
   EXPECT_NEAR(score_path({standing(0, 0.5, -90)}, kRectangle)->distance_m.max, 0, 1e-12);
