@@ -23,19 +23,19 @@ try {
   await page.fill(slider, "500");
   await page.waitForFunction((id) => document.querySelector(id).getAttribute("aria-valuetext") === "7.8", slider, { timeout: 20000 });
   await page.click("#snapshot");
-  await until("#devicesaid", "saved snapshot-.*\\.png");
+  await until("#devicemessage", "saved snapshot-.*\\.png");
   await page.click("#record");
-  await until("#devicesaid", "recording camera-.*\\.mcap");
+  await until("#devicemessage", "recording camera-.*\\.mcap");
   check((await page.getAttribute("#record", "aria-pressed")) === "true", "the button shows that it records");
   await page.waitForTimeout(1000);
   await page.click("#record");
-  await until("#devicesaid", "recorded camera-.*\\.mcap");
+  await until("#devicemessage", "recorded camera-.*\\.mcap");
   await page.waitForFunction(() => window.waymark.latencies().length > 30);
   const ages_ms = (await page.evaluate(() => window.waymark.latencies())).sort((a, b) => a - b);
   check(troubles.length === 0, troubles.join("; "));
   console.log(JSON.stringify({ pictures: ages_ms.length, age_median_ms: ages_ms[ages_ms.length >> 1], age_95_ms: ages_ms[Math.floor(0.95 * ages_ms.length)] }));
 } catch (error) {
-  console.error(`${error.message}\n${await text("#devicefacts").catch(() => "")}\n${await text("#devicesaid").catch(() => "")}\nexposure: ${await page.getAttribute("#controls input[name=exposure_ms]", "aria-valuetext").catch(() => "")}\ntroubles: ${troubles.join("; ")}`);
+  console.error(`${error.message}\n${await text("#devicefacts").catch(() => "")}\n${await text("#devicemessage").catch(() => "")}\nexposure: ${await page.getAttribute("#controls input[name=exposure_ms]", "aria-valuetext").catch(() => "")}\ntroubles: ${troubles.join("; ")}`);
   process.exitCode = 1;
 } finally {
   await browser.close();

@@ -11,7 +11,7 @@ const read = () => page.evaluate(() => {
   const cell = (element) => ({ name: element.querySelector("span").textContent.replace(", board here", ""), words: element.querySelector("strong").textContent,
                                covered: element.classList.contains("covered"), missing: element.classList.contains("missing"), here: element.classList.contains("here") });
   const all = (selector) => [...document.querySelectorAll(selector)].map(cell);
-  return { facts: document.querySelector("#guidefacts").textContent, said: document.querySelector("#devicesaid").textContent,
+  return { facts: document.querySelector("#guidefacts").textContent, message: document.querySelector("#devicemessage").textContent,
            rows: document.querySelectorAll("#guideparts tr").length, parts: all("#guideparts td"), tilts: all("#guidetilts li") };
 });
 const viewsOf = ({ facts }) => Number(/^(\d+) of/.exec(facts)?.[1]);
@@ -46,8 +46,8 @@ try {
   const fitted = await read();
   check(total(fitted.tilts) >= 1 && total(fitted.tilts) <= viewsOf(fitted), `tilts are counted from the fourth view on: ${JSON.stringify(fitted.tilts)}`);
   const missing = fitted.tilts.filter((tilt) => tilt.missing).map(({ name }) => name.split(" ")[0]);
-  const wanted = /tilt the board so that its (.*) edge is nearer/.exec(fitted.said)?.[1] ?? "";
-  check(missing.every((edge) => wanted.includes(edge)), `the message matches the panel: ${fitted.said} ${missing}`);
+  const wanted = /tilt the board so that its (.*) edge is nearer/.exec(fitted.message)?.[1] ?? "";
+  check(missing.every((edge) => wanted.includes(edge)), `the message matches the panel: ${fitted.message} ${missing}`);
   if (screenshot) await page.screenshot({ path: screenshot });
   check(troubles.length === 0, troubles.join("; "));
   console.log(JSON.stringify(await read()));
