@@ -78,7 +78,7 @@ fi
 if [ -n "${WAYMARK_DATA:-}" ]; then WAYMARK_DATA="$(realpath "$WAYMARK_DATA")"; export WAYMARK_DATA; fi
 
 jobs=$(nproc)
-export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1  # so that a second clone of the same code builds from the cache
+export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1  # so that a second clone builds from the cache what has no precompiled header (its absolute path counts)
 export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime  # what precompiled headers ask for
 started=$SECONDS
 step() { printf '\n=== [%3d s] %s\n' "$((SECONDS - started))" "$*"; }
