@@ -49,7 +49,7 @@ mkdir -p build "$out"
 if command -v npm >/dev/null; then  # the page of `waymark view`; without it the program explains how to get it
   tools/build_viewer.sh || echo "demo.sh: the page of waymark view is not built"
 fi
-[ -f build/release/build.ninja ] || echo "Building: the first time takes about six minutes on two cores."
+[ -f build/release/build.ninja ] || echo "Building: the first time takes about eight minutes on two cores."
 compiler=()
 if command -v clang++-16 >/dev/null; then compiler=(-DCMAKE_CXX_COMPILER=clang++-16); fi  # two thirds of GCC's time
 cmake --preset release "${compiler[@]}" -DWAYMARK_WERROR=OFF -DWAYMARK_BUILD_BENCHMARKS=OFF -DWAYMARK_UNITY=ON >build/release.configure.log 2>&1 ||
