@@ -24,6 +24,11 @@ struct TagSizes {
   friend bool operator==(const TagSizes&, const TagSizes&) = default;
 };
 
+/// Limits for the side of a printed tag [m] that a user enters; values outside them were probably entered in
+/// centimetres or millimetres.
+inline constexpr double kMinTagSize_m = 0.001;
+inline constexpr double kMaxTagSize_m = 10;
+
 /// Whether a tag's side length [m] is valid, i.e. positive and finite.
 [[nodiscard]] bool is_tag_size(double size_m);
 

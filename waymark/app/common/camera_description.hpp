@@ -22,11 +22,6 @@ struct PoseSetup {
   TagSizes sizes{};
 };
 
-/// Limits for the size of printed tags [m]; values outside them were probably entered in centimetres or
-/// millimetres.
-inline constexpr double kMinTagSize_m = 0.001;
-inline constexpr double kMaxTagSize_m = 10;
-
 /// Parses tag sizes: "0.16" applies to all tags, "tag36h11:7=0.08" (or "7=0.08" for tag36h11) to one tag.
 [[nodiscard]] Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words);
 

@@ -229,11 +229,10 @@ Status read_tags(const YamlCursor& root, World& world) {
         ->fail_here(family_id.error().code, family_id.error().message, family_id.error().hint);
   const Result<double> size = root.read_at("tag_size_m", &YamlCursor::number);
   if (!size) return tl::unexpected(size.error());
-  constexpr double kLargest_m = 10;
-  if (!is_tag_size(*size) || *size > kLargest_m)
+  if (!is_tag_size(*size) || *size > kMaxTagSize_m)
     return root.at("tag_size_m")
         ->fail_here(ErrorCode::InvalidArgument,
-                    fmt::format("a tag size of {:g} m is outside (0, {:g}]", *size, kLargest_m),
+                    fmt::format("a tag size of {:g} m is outside (0, {:g}]", *size, kMaxTagSize_m),
                     "Give the side of the black square in metres.");
   const Result<YamlCursor> tags = root.at("tags");
   if (!tags) return tl::unexpected(tags.error());
