@@ -10,9 +10,9 @@ usage: ./demo.sh [--laps N] [--package FILE.deb] [OUT_DIR]          (default: on
 
 Installs the Debian packages it needs (prints their names; asks before sudo), builds the release preset (and, where there is npm, the page of
 `waymark view`), then
-  1. teaches a simulated robot a lap on rendered pictures, makes a map of it, lets the robot drive it again, and compares with the truth,
+  1. teaches a simulated robot a lap on rendered images, makes a map of it, lets the robot drive it again, and compares with the truth,
   2. renders a photograph of tags whose true corners are known,
-  3. finds them, and leaves an annotated picture,
+  3. finds them, and leaves an annotated image,
   4. compares with the truth,
   5. prints a sheet with a tag, photographs it virtually, and reports its pose beside the truth.
 The second run takes seconds. With --package nothing is built: the package is installed, and the first step is run.

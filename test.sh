@@ -113,7 +113,7 @@ command -v npm >/dev/null || waymark_install npm  # Debian's, unless there is on
 tools/install_validators.sh || echo "test.sh: npm cannot install tests/npm: the tests npm.* skip"
 tools/build_viewer.sh || echo "test.sh: the page of waymark view is not built: the test viewer.page skips"
 
-# In their short form sanitizers and fuzzers share one build: what reads foreign bytes, and the fuzzers of pictures and YAML.
+# In their short form sanitizers and fuzzers share one build: what reads foreign bytes, and the fuzzers of images and YAML.
 sanitized_tests=waymark_bytes_tests
 short_fuzzers=(image_fuzz camera_yaml_fuzz yaml_fields_fuzz)
 build_sanitized() {

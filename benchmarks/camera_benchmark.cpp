@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/random.hpp"
-#include "waymark/cameras/v4l2/pictures.hpp"
+#include "waymark/cameras/v4l2/images.hpp"
 #include "waymark/codecs/image_codec.hpp"
 
 namespace waymark {
@@ -22,7 +22,7 @@ struct Raw {
 };
 
 /// An image with structure and noise.
-Image picture(int width, int height) {
+Image some_image(int width, int height) {
   Image image(width, height);
   Random random(1);
   for (int y = 0; y < height; ++y)
@@ -34,7 +34,7 @@ Image picture(int width, int height) {
 
 Raw raw_of(PixelFormat format, int width, int height) {
   Raw raw{.layout = {.format = format, .width = width, .height = height, .stride = width}};
-  const Image image = picture(width, height);
+  const Image image = some_image(width, height);
   if (format == PixelFormat::Mjpg) {
     raw.layout.stride = 0;
     raw.bytes = encode_jpeg(image.view(), 90).value();

@@ -22,9 +22,9 @@ using Size = std::pair<int, int>;
 
 /// Tags of 15 cm at 0.7 to 4 m, tilted up to 50 degrees, in an image with a field of view of about 60
 /// degrees.
-const Image& picture(const Size& size) {
-  static std::map<Size, Image> pictures;
-  if (const auto found = pictures.find(size); found != pictures.end()) return found->second;
+const Image& image_of_size(const Size& size) {
+  static std::map<Size, Image> images;
+  if (const auto found = images.find(size); found != images.end()) return found->second;
   const auto [width, height] = size;
   const double focal = 0.87 * width;
   const PinholeRadtan lens{.fx = focal, .fy = focal, .cx = width / 2.0, .cy = height / 2.0};
@@ -39,11 +39,11 @@ const Image& picture(const Size& size) {
     const Eigen::Vector3d turn(tilt * std::cos(about), tilt * std::sin(about), 0);
     scene.tags.push_back({{FamilyId::Tag36h11, number}, SE3(SO3::exp(turn), place), 0.15});
   }
-  return pictures.emplace(size, photograph(camera, scene, {}, random).value().image).first->second;
+  return images.emplace(size, photograph(camera, scene, {}, random).value().image).first->second;
 }
 
 void detect_with_ours(benchmark::State& state, const Size& size) {
-  const Image& image = picture(size);
+  const Image& image = image_of_size(size);
   const auto detector = make_apriltag_detector().value();
   for ([[maybe_unused]] auto _ : state) {
     benchmark::DoNotOptimize(detector->detect(image));
@@ -58,7 +58,7 @@ struct RawSettings {
 };
 
 void detect_with_libapriltag(benchmark::State& state, const Size& size, const RawSettings& settings) {
-  const Image& image = picture(size);
+  const Image& image = image_of_size(size);
   const std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)> family(tag36h11_create(),
                                                                                 tag36h11_destroy);
   const std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector(

@@ -34,7 +34,7 @@
 namespace waymark {
 namespace {
 
-using testing::TagPicture;
+using testing::TagImage;
 
 struct Peer {
   std::string name;
@@ -163,7 +163,7 @@ std::string classes(const DetectionScores& scores) {
 void print(std::string_view set, const Peer& peer, const Tally& tally, bool with_classes) {
   const DetectionScores scores = score_detections(tally.answers);
   std::cout << fmt::format(
-      R"({{"set":"{}","detector":"{}","pictures":{},"tags":{},"correct":{},"wrong_ids":{},"false_positives":{},"corner_rmse_px":{:.3f},"ms_median":{:.3f},"ms_p90":{:.3f},"ms_worst":{:.3f})",
+      R"({{"set":"{}","detector":"{}","images":{},"tags":{},"correct":{},"wrong_ids":{},"false_positives":{},"corner_rmse_px":{:.3f},"ms_median":{:.3f},"ms_p90":{:.3f},"ms_worst":{:.3f})",
       set, peer.name, scores.images, scores.truth, scores.correct, scores.wrong_ids, scores.false_positives,
       scores.corners ? scores.corners->rmse_px : 0, quantile(tally.ms, 0.5), quantile(tally.ms, 0.9),
       quantile(tally.ms, 1));
@@ -172,9 +172,8 @@ void print(std::string_view set, const Peer& peer, const Tally& tally, bool with
 }
 
 /// Lines of (set, detector) from images that are generated or read one by one.
-void measure(const std::string& set, std::size_t pictures,
-             const std::function<TagPicture(std::size_t)>& picture, const Flags& flags,
-             bool with_classes = false) {
+void measure(const std::string& set, std::size_t images, const std::function<TagImage(std::size_t)>& image_at,
+             const Flags& flags, bool with_classes = false) {
   const bool wanted = flags.sets.empty() || std::ranges::find(flags.sets, set) != flags.sets.end();
   if (!wanted) return;
   std::vector<Peer> all = peers();
@@ -183,8 +182,8 @@ void measure(const std::string& set, std::size_t pictures,
     return !flags.only.empty() && std::ranges::none_of(flags.only, named);
   });
   std::vector<Tally> tallies(all.size());
-  for (std::size_t i = 0; i < pictures; ++i) {
-    const TagPicture one = picture(i);
+  for (std::size_t i = 0; i < images; ++i) {
+    const TagImage one = image_at(i);
     for (std::size_t k = 0; k < all.size(); ++k) add(tallies[k], all[k], one.image, one.truth, flags.repeats);
   }
   for (std::size_t k = 0; k < all.size(); ++k) print(set, all[k], tallies[k], with_classes);
@@ -198,8 +197,7 @@ void measure_clean(const std::filesystem::path& folder, const Flags& flags) {
   measure(
       "clean", list.size(),
       [&](std::size_t i) {
-        return TagPicture{list[i].first, read_image(folder / (list[i].first + ".png")).value(),
-                          list[i].second};
+        return TagImage{list[i].first, read_image(folder / (list[i].first + ".png")).value(), list[i].second};
       },
       flags, true);
 }
@@ -216,7 +214,7 @@ void measure_photographs(const std::filesystem::path& folder, const Flags& flags
   measure(
       "photographs 1280x720", photographs.size(),
       [&](std::size_t i) {
-        return TagPicture{"photograph", photographs[i], {}};
+        return TagImage{"photograph", photographs[i], {}};
       },
       flags);
 }
@@ -231,13 +229,13 @@ void measure_tag_free(const std::filesystem::path& folder, const Flags& flags) {
   }
   std::ranges::sort(files);
   double megapixels = 0;
-  const auto picture = [&](std::size_t i) {
+  const auto image_at = [&](std::size_t i) {
     auto image = read_image(files[i]);
-    if (!image) return TagPicture{files[i].string(), Image(1, 1), {}};
+    if (!image) return TagImage{files[i].string(), Image(1, 1), {}};
     megapixels += 1e-6 * image->width() * image->height();
-    return TagPicture{files[i].string(), std::move(*image), {}};
+    return TagImage{files[i].string(), std::move(*image), {}};
   };
-  measure("tag-free photographs", files.size(), picture, flags);
+  measure("tag-free photographs", files.size(), image_at, flags);
   std::cerr << fmt::format("tag-free photographs: {:.0f} megapixels\n", megapixels);
 }
 
@@ -274,20 +272,20 @@ int main(int count, char** words) {
   if (!draw.empty()) {  // one image of each set, for inspection
     for (const testing::TagSet& set : testing::tag_sets()) {
       const auto path = draw / (std::string(set.name) + ".png");
-      if (!write_image(path, testing::tag_picture(set.name, 1, flags.seed).image)) return EXIT_FAILURE;
+      if (!write_image(path, testing::tag_image(set.name, 1, flags.seed).image)) return EXIT_FAILURE;
     }
     return EXIT_SUCCESS;
   }
   for (const testing::TagSet& set : testing::tag_sets()) {
     measure(
-        std::string(set.name), set.pictures,
-        [&](std::size_t i) { return testing::tag_picture(set.name, i, flags.seed); }, flags);
+        std::string(set.name), set.images,
+        [&](std::size_t i) { return testing::tag_image(set.name, i, flags.seed); }, flags);
   }
   constexpr std::size_t kTagFree = 40;
   measure(
       "tag free", kTagFree,
       [&](std::size_t i) {
-        return TagPicture{"clutter", testing::tag_free_picture(i, flags.seed), {}};
+        return TagImage{"clutter", testing::tag_free_image(i, flags.seed), {}};
       },
       flags);
   if (flags.data) {

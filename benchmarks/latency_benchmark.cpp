@@ -69,7 +69,7 @@ void send_odometry(const RobotSetup& setup, Duration time) {
 }
 
 /// The robot: writes an image, waits for the resulting order, and reports the latency.
-int run_robot(int pictures) {
+int run_robot(int images) {
   const RobotSetup setup = make_setup();
   const auto world = std::make_shared<const World>(setup.world);
   auto scene_camera =
@@ -77,19 +77,19 @@ int run_robot(int pictures) {
                             {{.camera = setup.robot.camera, .base_T_cam = setup.robot.model.base_T_cam}}, {})
           .value();
   std::vector<std::vector<std::uint8_t>> jpegs;
-  for (int i = 0; i < pictures; ++i) {
+  for (int i = 0; i < images; ++i) {
     const Duration time = kFramePeriod * i;
     const auto seen = scene_camera->detect({.stamp = SensorTime(time),
                                             .world = world,
                                             .map_T_base = lift(place(setup, time)),
                                             .twist = {kSpeed_m_s, 0, 0},
                                             .seed = static_cast<std::uint64_t>(i)});
-    jpegs.push_back(encode_jpeg(seen->picture.image, 92).value());
+    jpegs.push_back(encode_jpeg(seen->frame.image, 92).value());
   }
   write_line(to_line(RobotHello{.name = "latency"}));
   std::string order;
   std::int64_t answered = 0;
-  for (int i = 0; i < pictures; ++i) {
+  for (int i = 0; i < images; ++i) {
     std::this_thread::sleep_for(kPause);
     const Duration time = kFramePeriod * i;
     for (int k = kOdometryPerFrame; k-- > 0;) {
@@ -105,7 +105,7 @@ int run_robot(int pictures) {
     write_line(to_line(RobotLog{fmt::format("{}", (steady_now() - exposed).count())}));
     ++answered;
   }
-  return answered == pictures ? 0 : 1;
+  return answered == images ? 0 : 1;
 }
 
 struct Part {
@@ -132,7 +132,7 @@ class Meter {
     parts_[5].ms.push_back(ms);
   }
   int print() const {
-    fmt::print("exposure end to command at the robot, 640 x 480, {} pictures [ms]\n", parts_[5].ms.size());
+    fmt::print("exposure end to command at the robot, 640 x 480, {} images [ms]\n", parts_[5].ms.size());
     fmt::print("{:<34} {:>7} {:>7} {:>7}\n", "", "median", "p99", "worst");
     for (const Part& part : parts_)
       fmt::print("{:<34} {:7.2f} {:7.2f} {:7.2f}\n", part.name, percentile(part.ms, 0.5),
@@ -150,7 +150,7 @@ class Meter {
 };
 
 /// The loop of a replay, with time measurements between its parts.
-int run_replay(const std::string& self, int pictures) {
+int run_replay(const std::string& self, int images) {
   const RobotSetup setup = make_setup();
   Trajectory taught;
   for (std::size_t i = 0; i < setup.path.size(); i += 20)
@@ -164,7 +164,7 @@ int run_replay(const std::string& self, int pictures) {
                     build_route(taught).value(), setup.world.tags, model, {});
   const auto detector = make_apriltag_detector({}).value();
   auto wire =
-      WatchedProcess::start(fmt::format("exec '{}' --robot {}", self, pictures), WAYMARK_WATCHDOG).value();
+      WatchedProcess::start(fmt::format("exec '{}' --robot {}", self, images), WAYMARK_WATCHDOG).value();
   RobotMessageReader reader("latency");
   Meter meter;
   while (true) {
@@ -183,19 +183,19 @@ int run_replay(const std::string& self, int pictures) {
       const auto* sample = std::get_if<Sample>(&**message);
       if (sample == nullptr) continue;
       if (const auto* odometry = std::get_if<Odometry>(sample)) replayer.add(*odometry);
-      const auto* picture = std::get_if<CameraFrame>(sample);
-      if (picture == nullptr) continue;
+      const auto* taken = std::get_if<CameraFrame>(sample);
+      if (taken == nullptr) continue;
       meter.measure(0, since);
-      TagFrame frame{picture->stamp, picture->camera, detector->detect(picture->image).value()};
+      TagFrame frame{taken->stamp, taken->camera, detector->detect(taken->image).value()};
       for (TagDetection& detection : frame.detections) {
-        const RefinedCorners refined = refine_corners(picture->image, detection, {}, &setup.robot.camera);
+        const RefinedCorners refined = refine_corners(taken->image, detection, {}, &setup.robot.camera);
         detection.corners_px = refined.corners_px;
         detection.corner_covariance_px2 = refined.covariance_px2;
       }
       meter.measure(1, since);
       replayer.add(frame);
       meter.measure(2, since);
-      const ReplayStep step = replayer.step(picture->stamp);
+      const ReplayStep step = replayer.step(taken->stamp);
       (void)wire->send(step.command.speed_m_s, step.command.yaw_rate_rad_s);
       meter.measure(3, since);
     }
@@ -208,7 +208,7 @@ int run_replay(const std::string& self, int pictures) {
 
 int main(int argc, char** argv) {
   const std::vector<std::string> words(argv, argv + argc);
-  constexpr int kPictures = 300;
+  constexpr int kImages = 300;
   if (words.size() == 3 && words[1] == "--robot") return waymark::run_robot(std::atoi(argv[2]));
-  return waymark::run_replay(words[0], words.size() > 1 ? std::atoi(argv[1]) : kPictures);
+  return waymark::run_replay(words[0], words.size() > 1 ? std::atoi(argv[1]) : kImages);
 }

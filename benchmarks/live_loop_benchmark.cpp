@@ -102,7 +102,7 @@ std::uint64_t work(const std::vector<std::uint8_t>& pixels) {
   return sum;
 }
 
-Image noise_picture() {
+Image noise_image() {
   Image image(640, 480);
   std::uint32_t state = 1;
   for (int y = 0; y < 480; ++y) {
@@ -145,20 +145,20 @@ long interruptions() {
   return used.ru_nivcsw;
 }
 
-void publish(LiveFeed& feed, const Sample& picture, int round) {
+void publish(LiveFeed& feed, const Sample& image, int round) {
   const std::int64_t now_ns = std::chrono::system_clock::now().time_since_epoch().count();
   const SensorTime stamp{Duration(now_ns)};
   if (round % kRoundsPerImage == 0) {
-    feed.publish(picture, now_ns);
+    feed.publish(image, now_ns);
     feed.publish(Sample(TagFrame{.stamp = stamp}), now_ns);
   }
   feed.publish(Sample(Odometry{.stamp = stamp}), now_ns);
   feed.set_status({.phase = "replaying", .driven_m = round * 0.001});
 }
 
-Rounds rounds_of(LiveFeed& feed, const CameraFrame& picture, double seconds, std::uint64_t& sum) {
+Rounds rounds_of(LiveFeed& feed, const CameraFrame& image, double seconds, std::uint64_t& sum) {
   const std::vector<std::uint8_t> pixels(640 * 480, 7);
-  const Sample seen(picture);
+  const Sample seen(image);
   Rounds rounds;
   Clock::time_point next = Clock::now();
   const auto end = next + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
@@ -187,15 +187,15 @@ double quantile(std::vector<double> values, double share) {
 class Bench {
  public:
   explicit Bench(HttpServer& server, LiveFeed& feed) : server_(server), feed_(feed) {
-    static_cast<void>(rounds_of(feed_, picture_, 1, sum));
+    static_cast<void>(rounds_of(feed_, image_, 1, sum));
     const Viewer first(server_.port(), true);  // creates the channels
-    static_cast<void>(rounds_of(feed_, picture_, 0.5, sum));
+    static_cast<void>(rounds_of(feed_, image_, 0.5, sum));
   }
   Rounds stretch(bool watched, double seconds) {
     std::vector<std::unique_ptr<Viewer>> viewers;
     for (int v = 0; watched && v < 5; ++v) viewers.push_back(std::make_unique<Viewer>(server_.port(), v > 0));
-    static_cast<void>(rounds_of(feed_, picture_, 0.3, sum));
-    Rounds rounds = rounds_of(feed_, picture_, seconds, sum);
+    static_cast<void>(rounds_of(feed_, image_, 0.3, sum));
+    Rounds rounds = rounds_of(feed_, image_, seconds, sum);
     for (const auto& viewer : viewers) bytes += viewer->bytes();
     viewers.clear();
     std::this_thread::sleep_for(std::chrono::milliseconds(300));  // until they are gone
@@ -207,7 +207,7 @@ class Bench {
  private:
   HttpServer& server_;
   LiveFeed& feed_;
-  CameraFrame picture_{.image = noise_picture()};
+  CameraFrame image_{.image = noise_image()};
 };
 
 void print_ratio(const char* name, const std::vector<double>& ratios) {

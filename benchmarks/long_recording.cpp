@@ -17,7 +17,7 @@ namespace {
 
 using namespace waymark;
 
-Image noise_picture(std::uint32_t seed) {
+Image noise_image(std::uint32_t seed) {
   Image image(640, 480);
   std::uint32_t state = seed;
   for (int y = 0; y < 480; ++y) {
@@ -32,11 +32,11 @@ Image noise_picture(std::uint32_t seed) {
 
 Status write(SampleRecorder& recorder, int seconds) {
   constexpr std::size_t kImageBytes = 25'000;
-  std::vector<Bytes> pictures;
+  std::vector<Bytes> images;
   for (std::uint32_t i = 0; i < 64; ++i) {  // more than a chunk holds, so they do not compress well
-    auto jpeg = encode_jpeg(noise_picture(i * 7 + 1), 30);
+    auto jpeg = encode_jpeg(noise_image(i * 7 + 1), 30);
     if (!jpeg) return tl::unexpected(jpeg.error());
-    pictures.push_back(std::move(*jpeg));
+    images.push_back(std::move(*jpeg));
   }
   constexpr std::int64_t kStep_ns = 20'000'000;
   std::uint32_t noise = 1;
@@ -49,7 +49,7 @@ Status write(SampleRecorder& recorder, int seconds) {
     if (status && i % 5 < 2) {  // 20 per second
       ros2::CompressedImage message{.header = ros2::to_ros(CameraFrame{.stamp = stamp}).header,
                                     .format = "jpeg"};
-      message.data = pictures[static_cast<std::size_t>(i) % pictures.size()];
+      message.data = images[static_cast<std::size_t>(i) % images.size()];
       while (message.data.size() < kImageBytes) {  // decoders skip data after the end of a JPEG
         noise = noise * 1664525U + 1013904223U;
         message.data.push_back(static_cast<std::uint8_t>(noise >> 24U));

@@ -36,9 +36,9 @@ const Case& make_case(int size_px) {
                      SO3::exp({0, 0, random.uniform(-3, 3)});
     scene.tags.push_back({{FamilyId::Tag36h11, i}, SE3(turn, place), 0.15});
   }
-  const Photograph picture = photograph(camera, scene, {}, random).value();
-  Case made{picture.image, {}};
-  for (const TagTruth& tag : picture.tags) {
+  const Photograph photo = photograph(camera, scene, {}, random).value();
+  Case made{photo.image, {}};
+  for (const TagTruth& tag : photo.tags) {
     TagDetection detection;
     detection.tag = tag.tag;
     detection.corners_px = tag.corners_px;

@@ -91,13 +91,12 @@ const bool kRegistered = [] {
     benchmark::RegisterBenchmark(name, render, exposure_ms, readout_ms, noise, detect)
         ->Unit(benchmark::kMillisecond);
   };
-  add("picture/ours/still, no noise", 0, 0, false, false);
-  benchmark::RegisterBenchmark("picture/peer:photograph/still", photograph_tags)
-      ->Unit(benchmark::kMillisecond);
-  add("picture/ours/still", 0, 0, true, false);
-  add("picture/ours/10 ms exposure", 10, 0, true, false);
-  add("picture/ours/10 ms exposure, 20 ms readout", 10, 20, true, false);
-  add("picture/ours/10 ms exposure, and detect", 10, 0, true, true);
+  add("image/ours/still, no noise", 0, 0, false, false);
+  benchmark::RegisterBenchmark("image/peer:photograph/still", photograph_tags)->Unit(benchmark::kMillisecond);
+  add("image/ours/still", 0, 0, true, false);
+  add("image/ours/10 ms exposure", 10, 0, true, false);
+  add("image/ours/10 ms exposure, 20 ms readout", 10, 20, true, false);
+  add("image/ours/10 ms exposure, and detect", 10, 0, true, true);
   return true;
 }();
 

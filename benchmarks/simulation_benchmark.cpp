@@ -60,9 +60,9 @@ BENCHMARK(taught)->Name("simulation/taught")->Unit(benchmark::kMillisecond);
 
 /// A lap with images: 640 x 480 at 15 Hz with distortion, 10 ms of exposure, blur and noise, rendered,
 /// searched for tags and recorded.
-void pictures(benchmark::State& state) {
+void images(benchmark::State& state) {
   SimulatedSetup circuit = setup();
-  circuit.pictures = DetectingCameraOptions{};
+  circuit.images = DetectingCameraOptions{};
   circuit.threads = static_cast<int>(state.range(0));
   double simulated_s = 0;
   double frames = 0;
@@ -70,7 +70,7 @@ void pictures(benchmark::State& state) {
     SampleRecorder recorder = SampleRecorder::open(std::make_unique<NoFile>()).value();
     LapListener listener;
     listener.on_sample = [&](const Sample& sample) { return recorder.add(sample); };
-    listener.on_picture = [&](const SeenPicture&) -> Status {
+    listener.on_image = [&](const SeenImage&) -> Status {
       frames += 1;
       return {};
     };
@@ -79,8 +79,8 @@ void pictures(benchmark::State& state) {
   state.counters["times_real_time"] = benchmark::Counter(simulated_s, benchmark::Counter::kIsRate);
   state.counters["frames"] = frames / static_cast<double>(state.iterations());
 }
-BENCHMARK(pictures)
-    ->Name("simulation/pictures")
+BENCHMARK(images)
+    ->Name("simulation/images")
     ->Arg(1)
     ->Arg(2)
     ->Iterations(1)

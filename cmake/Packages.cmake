@@ -92,7 +92,7 @@ if(TARGET waymark_python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS waymark)  # the worlds and robots that it names
   set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/python3/postinst ${PROJECT_SOURCE_DIR}/packaging/python3/prerm)
   set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Waymark in Python: detect tags, map, localise and replay
-One module a room of the library, pictures as NumPy arrays without copies,
+One module a room of the library, images as NumPy arrays without copies,
 recordings as iterators.")
   waymark_package_documents(python python3-waymark)
 endif()

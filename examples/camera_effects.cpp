@@ -65,7 +65,7 @@ Result<Image> through_jpeg(const Image& image, int quality) {
   if (quality == 0) return image;
   const auto bytes = encode_jpeg(image, quality);
   if (!bytes) return tl::unexpected(bytes.error());
-  return decode_image(*bytes, "picture");
+  return decode_image(*bytes, "image");
 }
 
 Result<Image> take(const Shot& shot) {

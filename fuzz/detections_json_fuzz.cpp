@@ -17,7 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::string text;
   for (auto report : *reports) {
     if (!report.error && report.width_px <= 0) report.width_px = report.height_px = 1;  // an image has a size
-    text += waymark::json_line(fields(waymark::PictureLine{.report = report, .with_covariance = true}));
+    text += waymark::json_line(fields(waymark::ImageLine{.report = report, .with_covariance = true}));
   }
   const auto again = waymark::parse_reports(text, "again");
   if (!again || again->size() != reports->size()) std::abort();

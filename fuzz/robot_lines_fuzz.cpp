@@ -21,9 +21,9 @@ RobotMessageReader greeted() {
 
 void check_again(const RobotMessage& message) {
   const std::string text = to_line(message);
-  const bool picture = std::holds_alternative<Sample>(message) &&
-                       std::holds_alternative<CameraFrame>(std::get<Sample>(message));
-  if (text.empty() || picture || std::holds_alternative<RobotHello>(message)) return;
+  const bool image = std::holds_alternative<Sample>(message) &&
+                     std::holds_alternative<CameraFrame>(std::get<Sample>(message));
+  if (text.empty() || image || std::holds_alternative<RobotHello>(message)) return;
   RobotMessageReader reader = greeted();
   const auto again = reader.read({.number = 2, .text = text});
   if (!again || !*again || (*again)->index() != message.index()) std::abort();

@@ -37,18 +37,18 @@ TEST(CalibrationFromPhotographs, FindsTheCameraWithinItsUncertainty) {
                        MappedTag{.map_T_tag = board_T_tag(i), .size_m = kSizeM});
   const TagFinder finder = make_tag_finder().value();
   Random random(kSeed);
-  std::vector<std::vector<TagDetection>> pictures;
-  for (int picture = 0; picture < 12; ++picture) {
-    const double about = 2 * std::numbers::pi * picture / 12;
+  std::vector<std::vector<TagDetection>> images;
+  for (int image = 0; image < 12; ++image) {
+    const double about = 2 * std::numbers::pi * image / 12;
     const SE3 cam_T_board(SO3::exp({0.5 * std::cos(about), 0.5 * std::sin(about), random.uniform(-0.3, 0.3)}),
                           {0.07 * std::sin(about), -0.05 * std::cos(about), random.uniform(0.34, 0.5)});
     PhotographScene scene;
     for (int i = 0; i < kColumns * kRows; ++i)
       scene.tags.push_back({{FamilyId::Tag36h11, i}, cam_T_board * board_T_tag(i), kSizeM});
-    pictures.push_back(
+    images.push_back(
         find_tags(photograph(truth, scene, {}, random).value().image, finder, nullptr).value().detections);
   }
-  const auto found = calibrate_camera(pictures, board, 640, 480, LensModel::Radtan4);
+  const auto found = calibrate_camera(images, board, 640, 480, LensModel::Radtan4);
   ASSERT_TRUE(found) << to_string(found.error());
   const double sigma_fx = std::sqrt(found->covariance(0, 0));
   const double sigma_cx = std::sqrt(found->covariance(2, 2));

@@ -94,10 +94,10 @@ void print(double sigma_m, std::uint64_t seed, LapInput& lap) {
   }
   for (TagFrame& frame : lap.frames) {
     for (TagDetection& seen : frame.detections) {
-      const auto picture = homography_dlt(right, seen.corners_px);
-      ASSERT_TRUE(picture);
+      const auto image = homography_dlt(right, seen.corners_px);
+      ASSERT_TRUE(image);
       for (std::size_t c = 0; c < 4; ++c)
-        seen.corners_px.at(c) = apply_homography(*picture, printed.at(seen.tag).at(c));
+        seen.corners_px.at(c) = apply_homography(*image, printed.at(seen.tag).at(c));
     }
   }
 }

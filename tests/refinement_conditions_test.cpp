@@ -57,18 +57,17 @@ Outcome measure(const std::string& name, const CameraChain& chain, int tags) {
   const auto detector = make_apriltag_detector({}).value();
   Outcome outcome;
   for (int i = 0; i < tags; ++i) {
-    const auto picture = testing::photographed_tag(chain, 1000 + static_cast<std::uint64_t>(i));
-    const auto detections = detector->detect(picture.image).value();
+    const auto photo = testing::photographed_tag(chain, 1000 + static_cast<std::uint64_t>(i));
+    const auto detections = detector->detect(photo.image).value();
     for (const TagDetection& found : detections) {
-      if (found.tag != picture.truth.tag) continue;
-      const RefinedCorners result = refine_corners(picture.image, found);
-      outcome.all.add(picture.truth.corners_px, found.corners_px, result.corners_px, result.covariance_px2);
+      if (found.tag != photo.truth.tag) continue;
+      const RefinedCorners result = refine_corners(photo.image, found);
+      outcome.all.add(photo.truth.corners_px, found.corners_px, result.corners_px, result.covariance_px2);
       outcome.refined += result.refined() ? 1 : 0;
-      outcome.wild += wild(result, picture.truth) ? 1 : 0;
+      outcome.wild += wild(result, photo.truth) ? 1 : 0;
       outcome.worse +=
-          squared_error(result.corners_px, picture.truth) > squared_error(found.corners_px, picture.truth)
-              ? 1
-              : 0;
+          squared_error(result.corners_px, photo.truth) > squared_error(found.corners_px, photo.truth) ? 1
+                                                                                                       : 0;
     }
   }
   outcome.all.print(name);

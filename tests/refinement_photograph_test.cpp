@@ -67,16 +67,16 @@ Outcome measure(const Condition& condition, const RefinementOptions& options, bo
   Outcome outcome;
   const int images = std::getenv("WAYMARK_FULL") != nullptr ? 12 : 2;
   for (int i = 0; i < images; ++i) {
-    const auto picture = photograph(camera, scene_of(condition, camera, random), condition.camera, random);
-    EXPECT_TRUE(picture) << to_string(picture.error());
-    for (const TagTruth& tag : picture->tags) {
+    const auto photo = photograph(camera, scene_of(condition, camera, random), condition.camera, random);
+    EXPECT_TRUE(photo) << to_string(photo.error());
+    for (const TagTruth& tag : photo->tags) {
       if (tag.visible_fraction < 1) continue;
       TagDetection detection;
       detection.tag = tag.tag;
       detection.corners_px = tag.corners_px;
       for (auto& corner : detection.corners_px)
         corner += 0.12 * Eigen::Vector2d(random.normal(), random.normal());
-      const auto result = refine_corners(picture->image, detection, options, use_camera ? &camera : nullptr);
+      const auto result = refine_corners(photo->image, detection, options, use_camera ? &camera : nullptr);
       ++outcome.tags;
       if (!result.refined()) continue;
       outcome.line.add(tag.corners_px, detection.corners_px, result.corners_px, result.covariance_px2);

@@ -73,8 +73,8 @@ Nees nees_at(double size_px, int images) {
   Nees nees;
   for (int i = 0; i < images; ++i) {
     const PhotographScene scene = scene_of(size_px, random);
-    const auto picture = photograph(model, scene, {}, random).value();
-    const std::vector<TagDetection> found = find_tags(picture.image, finder, nullptr).value().detections;
+    const auto photo = photograph(model, scene, {}, random).value();
+    const std::vector<TagDetection> found = find_tags(photo.image, finder, nullptr).value().detections;
     for (const TagDetection& seen : found) {
       const auto pose = estimate_tag_pose(seen, kTagSizeM, model);
       if (!pose || seen.tag.number >= static_cast<int>(scene.tags.size())) continue;

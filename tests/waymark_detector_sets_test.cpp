@@ -37,17 +37,17 @@ struct Scored {
 
 /// Runs both detectors on the same images, with two bits corrected.
 template <class MakeImage>
-Scored score_both(std::size_t pictures, MakeImage&& make_picture, bool find_inverted = false) {
+Scored score_both(std::size_t images, MakeImage&& make_image, bool find_inverted = false) {
   DetectorOptions own_options = two_bits("waymark");
   own_options.find_inverted = find_inverted;
   const auto own = make_detector(own_options).value();
   const auto library = make_detector(two_bits("apriltag3")).value();
   std::vector<ImageDetections> by_own;
   std::vector<ImageDetections> by_library;
-  for (std::size_t i = 0; i < pictures; ++i) {
-    const testing::TagPicture picture = make_picture(i);
-    by_own.push_back({own->detect(picture.image).value(), picture.truth});
-    by_library.push_back({library->detect(picture.image).value(), picture.truth});
+  for (std::size_t i = 0; i < images; ++i) {
+    const testing::TagImage photo = make_image(i);
+    by_own.push_back({own->detect(photo.image).value(), photo.truth});
+    by_library.push_back({library->detect(photo.image).value(), photo.truth});
   }
   return {score_detections(by_own), score_detections(by_library)};
 }
@@ -59,7 +59,7 @@ void print(const std::string& set, const Scored& scored) {
 
 struct Expected {
   const char* set;
-  std::size_t pictures;
+  std::size_t images;
   double least_share;  ///< minimum fraction of the tags
 };
 
@@ -74,7 +74,7 @@ TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoFalsePositives) {
   const Expected& expected = GetParam();
   const std::string set = expected.set;
   const Scored scored = score_both(
-      expected.pictures, [&](std::size_t i) { return testing::tag_picture(set, 5 * i); }, set == "inverted");
+      expected.images, [&](std::size_t i) { return testing::tag_image(set, 5 * i); }, set == "inverted");
   print(set, scored);
   EXPECT_GE(static_cast<double>(scored.own.correct),
             expected.least_share * static_cast<double>(scored.own.truth));
@@ -90,14 +90,14 @@ TEST(KnownTags, MoreAreFoundWithoutFalsePositives) {
   DetectorOptions options;  // one bit corrected
   const auto plain = make_detector(options).value();
   for (std::size_t i = 0; i < 10; ++i) {
-    const testing::TagPicture picture = testing::tag_picture("mixed", 4 * i);
+    const testing::TagImage photo = testing::tag_image("mixed", 4 * i);
     options.known_tags.clear();
-    for (const TrueTag& tag : picture.truth) {
+    for (const TrueTag& tag : photo.truth) {
       options.known_tags.push_back(tag.tag);
       options.known_tags.push_back({tag.tag.family, (tag.tag.number + 293) % 587});
     }
-    plain_found += plain->detect(picture.image).value().size();
-    by_known.push_back({make_detector(options).value()->detect(picture.image).value(), picture.truth});
+    plain_found += plain->detect(photo.image).value().size();
+    by_known.push_back({make_detector(options).value()->detect(photo.image).value(), photo.truth});
     known_found += by_known.back().detections.size();
   }
   const DetectionScores scores = score_detections(by_known);
@@ -110,12 +110,12 @@ TEST(KnownTags, MoreAreFoundWithoutFalsePositives) {
 TEST(TagFreeImages, HaveNoTags) {
   const auto detector = make_detector(two_bits("waymark")).value();
   for (std::size_t i = 0; i < 4; ++i)
-    EXPECT_TRUE(detector->detect(testing::tag_free_picture(i)).value().empty()) << i;
+    EXPECT_TRUE(detector->detect(testing::tag_free_image(i)).value().empty()) << i;
   DetectorOptions options;
   for (int number = 0; number < 50; ++number) options.known_tags.push_back({FamilyId::Tag36h11, number});
   const auto with_known_tags = make_detector(options).value();
   for (std::size_t i = 0; i < 4; ++i)
-    EXPECT_TRUE(with_known_tags->detect(testing::tag_free_picture(i)).value().empty())
+    EXPECT_TRUE(with_known_tags->detect(testing::tag_free_image(i)).value().empty())
         << i << ", 50 tags known";
 }
 
@@ -126,10 +126,10 @@ TEST(CleanSet, IsAtLeastAprilTag3InEachClassOfSizeAndTilt) {
   const DetectionTruth truth = parse_truth(text, "truth.csv").value();
   const std::vector<std::pair<std::string, std::vector<TrueTag>>> list(truth.begin(), truth.end());
   const Scored scored = score_both(list.size(), [&](std::size_t i) {
-    testing::TagPicture picture;
-    picture.image = read_image(folder / (list[i].first + ".png")).value();
-    picture.truth = list[i].second;
-    return picture;
+    testing::TagImage photo;
+    photo.image = read_image(folder / (list[i].first + ".png")).value();
+    photo.truth = list[i].second;
+    return photo;
   });
   print("clean", scored);
   EXPECT_EQ(scored.own.wrong_ids + scored.own.false_positives, 0U);

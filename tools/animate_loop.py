@@ -130,7 +130,7 @@ def first_near(rows, x, y, reach_m=2.5):
     return 1.0
 
 
-def picture(program, demo):
+def image(program, demo):
     solved = resampled(read_tum(demo / "map/trajectory.txt"))
     driven = placed(resampled(poses(program, demo / "lap.mcap", "/odom")), solved[0])
     replayed = resampled(poses(program, demo / "replay.mcap", "/truth/pose"))
@@ -161,7 +161,7 @@ def main():
     if len(sys.argv) != 4:
         print(__doc__)
         return 2
-    pathlib.Path(sys.argv[3]).write_text(picture(sys.argv[1], pathlib.Path(sys.argv[2])), encoding="utf-8")
+    pathlib.Path(sys.argv[3]).write_text(image(sys.argv[1], pathlib.Path(sys.argv[2])), encoding="utf-8")
     return 0
 
 

@@ -3,7 +3,7 @@
 
 Commands are the lines of blocks fenced as ```sh, ```bash or ```console (there: the lines that start with "$ "). A block
 that must not be run is fenced as ```text. All blocks of one document run in order in one scratch folder, which initially contains
-photograph.png, truth.csv and the folder photos/ (tests/cli/pictures.py). Commands may start with
+photograph.png, truth.csv and the folder photos/ (tests/cli/images.py). Commands may start with
   waymark …             run in the scratch folder
   ./… or tools/…        run in the repository; ./test.sh and ./demo.sh without arguments are skipped: continuous integration runs them
   mkdir ls cat head python3     run in the scratch folder
@@ -25,7 +25,7 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests/cli"))
-import pictures  # noqa: E402
+import images  # noqa: E402
 from fake_camera import FakeCamera  # noqa: E402
 
 FILE = re.compile(r"^<!-- file: ([\w.-]+) -->\n```\w+\n(.*?)^```[ \t]*$", re.M | re.S)
@@ -113,7 +113,7 @@ def run(command, scratch, program, variables):
 def camera_in(scratch, program):
     """The environment in which a camera plays the image of the scratch folder."""
     camera = FakeCamera(pathlib.Path(scratch) / ".camera", program)
-    camera.play([pictures.scene(320, 240, pictures.SCENE_TAGS)])
+    camera.play([images.scene(320, 240, images.SCENE_TAGS)])
     return camera.environment()
 
 
@@ -127,7 +127,7 @@ def main():
     ran, failed = 0, 0
     for document in documents:
         with tempfile.TemporaryDirectory(prefix="waymark-docs-") as scratch:
-            pictures.fill(scratch)
+            images.fill(scratch)
             text = document.read_text(encoding="utf-8")
             for name, content in FILE.findall(text):
                 (pathlib.Path(scratch) / name).write_text(content, encoding="utf-8")

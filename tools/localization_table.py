@@ -4,7 +4,7 @@
 usage: tools/localization_table.py PROGRAM DATA [--laps FOLDER] [--write docs/results/localization.md]
 
 DATA holds lcm/ (an MBot driving three times round a taped rectangle) and aer1513/ (University of Toronto). Without --write the
-table is printed. Simulated laps take minutes (pictures are rendered); --laps keeps them, and uses those that are there.
+table is printed. Simulated laps take minutes (images are rendered); --laps keeps them, and uses those that are there.
 """
 import argparse
 import json
@@ -25,7 +25,7 @@ AER = ("--range-sigma-m 0.02 --bearing-sigma-rad 0.015 --tag-sigma-m 0.02 --moun
        "--certain-sigma-m 10").split()
 # Their map is the simulation's own, and so is where the camera sits: nothing is wrong with either.
 EXACT = "--tag-sigma-m 0 --tag-sigma-rad 0 --mounting-sigma-m 0 --mounting-sigma-rad 0".split()
-PICTURES, HOUSES = range(1, 5), range(1, 13)  # seeds
+IMAGES, HOUSES = range(1, 5), range(1, 13)  # seeds
 BEGIN, END = "<!-- localization table -->\n", "<!-- end of localization table -->\n"
 
 
@@ -103,12 +103,12 @@ def number(value):
     return "-" if value is None else f"{value:.2f}"
 
 
-def pictures(program, folder, laps):
-    """Rendered pictures of circuit24, and the map that is made of the same lap."""
+def images(program, folder, laps):
+    """Rendered images of circuit24, and the map that is made of the same lap."""
     lines = ["| circuit24, rendered images, map of the same lap | position RMSE, m | worst, m | NEES (3) | NIS (1) | anchor, m |",
              "|---|---|---|---|---|---|"]
     rows = []
-    for seed in PICTURES:
+    for seed in IMAGES:
         lap = taught(program, laps, f"lap{seed}.mcap", "--world", "circuit24", "--images", "--seed", str(seed))
         done = subprocess.run([program, "map", str(lap), "-o", f"map{seed}"], cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode != 0:
@@ -154,8 +154,8 @@ def academy(program, folder, laps):
     return lines + [house_row("all", *zip(*rows))]
 
 
-def house_in_pictures(program, folder, laps):
-    """The exercise as its robot sees it: rendered pictures. The article takes the width of the picture for the focal length, as the
+def house_in_images(program, folder, laps):
+    """The exercise as its robot sees it: rendered images. The article takes the width of the image for the focal length, as the
     exercise's text does."""
     root = pathlib.Path(__file__).resolve().parents[1]
     robot = (root / "share/robots/turtlebot3-waffle.yaml").read_text(encoding="utf-8")
@@ -163,19 +163,19 @@ def house_in_pictures(program, folder, laps):
     lines = ["| academy-house, rendered images | riekf, m | NEES (3) | NIS (1) | article, m | article, with the true focal length, m | "
              "anchor, m | article / riekf | with the true focal length |", "|---|---|---|---|---|---|---|---|---|"]
     rows = []
-    for seed in PICTURES:
-        lap = taught(program, laps, f"house-pictures{seed}.mcap", "--world", "academy-house", "--robot-file", "turtlebot3-waffle", "--seed",
+    for seed in IMAGES:
+        lap = taught(program, laps, f"house-images{seed}.mcap", "--world", "academy-house", "--robot-file", "turtlebot3-waffle", "--seed",
                      str(seed), "--images")
         known = ["--robot", "turtlebot3-waffle"]
         rows.append((judged(program, folder, lap, "academy.yaml", "riekf", *known, *EXACT),
                      judged(program, folder, lap, "academy.yaml", "anchor", "--robot", "article.yaml", "--plain"),
                      judged(program, folder, lap, "academy.yaml", "anchor", *known, "--plain"),
                      judged(program, folder, lap, "academy.yaml", "anchor", *known)))
-        lines.append(pictures_row(f"seed {seed}", *([row] for row in rows[-1])))
-    return lines + [pictures_row("all", *zip(*rows))]
+        lines.append(images_row(f"seed {seed}", *([row] for row in rows[-1])))
+    return lines + [images_row("all", *zip(*rows))]
 
 
-def pictures_row(name, riekf, article, with_camera, anchor):
+def images_row(name, riekf, article, with_camera, anchor):
     return (f"| {name} | {metres(rms(riekf))} | {number(mean(riekf, 'nees_mean'))} | {number(mean(riekf, 'nis_mean'))} | {metres(rms(article))} | "
             f"{metres(rms(with_camera))} | {metres(rms(anchor))} | {rms(article) / rms(riekf):.1f} | {rms(with_camera) / rms(riekf):.1f} |")
 
@@ -221,8 +221,8 @@ def main():
         folder = pathlib.Path(name)
         laps = args.laps.resolve() if args.laps else folder
         laps.mkdir(parents=True, exist_ok=True)
-        parts = (mbot(program, folder, data), aer1513(program, folder, data), pictures(program, folder, laps),
-                 academy(program, folder, laps), house_in_pictures(program, folder, laps), geometric(program))
+        parts = (mbot(program, folder, data), aer1513(program, folder, data), images(program, folder, laps),
+                 academy(program, folder, laps), house_in_images(program, folder, laps), geometric(program))
         table = "\n\n".join("\n".join(part) for part in parts) + "\n"
         if args.write is not None:
             for name in ("mbot", "aer1513"):

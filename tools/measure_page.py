@@ -45,14 +45,14 @@ def recording(program, benchmarks, runs):
     for key, name in (("painted_ms", "first paint after the server's start [ms]"), ("usable_ms", "usable after the server's start [ms]"), ("read_ms", "all of it read [ms]")):
         line(name, [one[key] for one in measured])
     jumps = [ms for one in measured for ms in one["jumps_ms"]]
-    line("a jump of the timeline to its picture [ms]", jumps)
+    line("a jump of the timeline to its image [ms]", jumps)
     print(f"jumps above 200 ms: {sum(ms > 200 for ms in jumps)} of {len(jumps)}", flush=True)
 
 
 def ages(name, measured):
     line(f"{name}: until it is drawn [ms]", [ms for one in measured for ms in one["drawn_ms"]])
     line(f"{name}: until it is on the screen [ms]", [ms for one in measured for ms in one["painted_ms"]])
-    print(f"pictures shown a second: {statistics.median(one['pictures_per_s'] for one in measured):.1f}, frames {statistics.median(one['frames_per_s'] for one in measured):.1f}", flush=True)
+    print(f"images shown a second: {statistics.median(one['images_per_s'] for one in measured):.1f}, frames {statistics.median(one['frames_per_s'] for one in measured):.1f}", flush=True)
 
 
 def quick_camera(program, benchmarks, world, lap, runs):
@@ -60,10 +60,10 @@ def quick_camera(program, benchmarks, world, lap, runs):
     subprocess.run([program, "teach", "--world", world, "--images", "--record-images", "jpeg", "-o", lap], check=True, capture_output=True)
     measured = []
     for _ in range(runs):
-        with subprocess.Popen([benchmarks / "live_pictures", lap, "30"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as camera:
+        with subprocess.Popen([benchmarks / "live_images", lap, "30"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as camera:
             measured.append(node_json("age.mjs", camera.stdout.readline().strip(), 300))
             camera.stdin.close()
-    ages("a picture with its tags, 30 a second", measured)
+    ages("an image with its tags, 30 a second", measured)
 
 
 def live(program, benchmarks, runs):

@@ -25,12 +25,12 @@ def robot_720p(folder):
     return config.read_robot(str(path)), path
 
 
-def python_times(picture, world, robot):
+def python_times(image, world, robot):
     detector, localizer = tags.Detector(), localization.Localizer(world.tags, robot)
     detector_s = filter_s = 0.0
     for i in range(FRAMES):
         begin = time.process_time()
-        found = detector.detect(picture, robot.camera)
+        found = detector.detect(image, robot.camera)
         seen = time.process_time()
         for k in range(3):
             localizer.add(samples.Odometry(stamp_ns=(60 * i + 20 * k) * 1_000_000))
@@ -43,9 +43,9 @@ def python_times(picture, world, robot):
     return detector_s / (FRAMES - 3), filter_s / (FRAMES - 3)
 
 
-def recording_time(picture, world, robot):
+def recording_time(image, world, robot):
     """Seconds per frame of the filter over all samples in one call."""
-    found = tags.Detector().detect(picture, robot.camera)
+    found = tags.Detector().detect(image, robot.camera)
     recorded = []
     for i in range(RECORDED):
         recorded += [samples.Odometry(stamp_ns=(60 * i + 20 * k) * 1_000_000) for k in range(3)]
@@ -61,16 +61,16 @@ def main():
         folder = pathlib.Path(folder)
         robot, robot_file = robot_720p(folder)
         world = config.read_world("circuit24")
-        simulator = simulation.Simulator(world, robot, pictures=True)
-        picture = next(s for s in iter(simulator.next, None) if isinstance(s, samples.CameraFrame)).image
-        image.write(str(folder / "picture.png"), picture)
+        simulator = simulation.Simulator(world, robot, images=True)
+        photo = next(s for s in iter(simulator.next, None) if isinstance(s, samples.CameraFrame)).image
+        image.write(str(folder / "image.png"), photo)
         python, cpp = [], []
         for _ in range(runs):  # alternating, so that other load affects both
-            python.append((*python_times(picture, world, robot), recording_time(picture, world, robot)))
-            done = subprocess.run([peer, folder / "picture.png", SHARE / "worlds" / "circuit24.yaml", robot_file, str(FRAMES), str(RECORDED)], check=True, capture_output=True,
+            python.append((*python_times(photo, world, robot), recording_time(photo, world, robot)))
+            done = subprocess.run([peer, folder / "image.png", SHARE / "worlds" / "circuit24.yaml", robot_file, str(FRAMES), str(RECORDED)], check=True, capture_output=True,
                                   text=True)
             cpp.append(tuple(float(word) for word in done.stdout.split()))
-    for row, name in enumerate(("detector", "filter after a picture", "filter over a recording")):
+    for row, name in enumerate(("detector", "filter after an image", "filter over a recording")):
         ours, theirs = min(run[row] for run in python), min(run[row] for run in cpp)
         print(f"{name}: {ours * 1e3:.4f} ms through Python, {theirs * 1e3:.4f} ms in C++, ratio {ours / theirs:.3f}")
     ours, theirs = (min(sum(run[:2]) for run in runs) for runs in (python, cpp))

@@ -23,7 +23,7 @@ BEGIN, END = "<!-- table: tools/raspberry_pi.py -->\n", "<!-- end of the table -
 CLOCK_GHZ = 1.5
 CYCLES_AN_INSTRUCTION = (0.7, 1.5)
 # From the grey image to the command: prefixes of the names of functions that are called from outside.
-PICTURE, FRAME = "waymark::find_tags(", "waymark::Replayer::add(waymark::TagFrame"
+IMAGE, FRAME = "waymark::find_tags(", "waymark::Replayer::add(waymark::TagFrame"
 DETECTION = ("waymark::(anonymous namespace)::WaymarkDetector::detect(waymark::ImageView const&) const",
              "waymark::(anonymous namespace)::AprilTagDetector::detect(waymark::ImageView const&) const")
 REFINEMENT, LOCALISATION, STEP = ("waymark::refine_corners(",), ("waymark::Replayer::add(",), ("waymark::Replayer::step(",)
@@ -68,7 +68,7 @@ def under_callgrind(folder, *command):
     return inclusive_costs(out)
 
 
-def a_picture(costs, unit, stages):
+def an_image(costs, unit, stages):
     """Millions of instructions of each stage per call of `unit`, and the number of its calls."""
     count = of(costs, [unit])[0]
     if not count:
@@ -98,10 +98,10 @@ def main():
         place = next(path.parent for path in (folder / "demo").rglob("map.yaml"))
         replay = ["replay", place, "--robot", "sim", "--world", "circuit24", "--seed", "7", "--laps", given.laps]
         subprocess.run([given.program, *map(str, replay), "--images", "--record-images", "raw", "-o", folder / "lap.mcap"], check=True, capture_output=True)
-        driven, _ = a_picture(under_callgrind(folder, given.program, *replay), FRAME, (LOCALISATION, STEP))
+        driven, _ = an_image(under_callgrind(folder, given.program, *replay), FRAME, (LOCALISATION, STEP))
         for detector in ("waymark", "apriltag3"):
             costs = under_callgrind(folder, given.program, "detect", folder / "lap.mcap", "--set", f"detector.detector={detector}")
-            table += row(detector, *a_picture(costs, PICTURE, (DETECTION, REFINEMENT)), driven)
+            table += row(detector, *an_image(costs, IMAGE, (DETECTION, REFINEMENT)), driven)
     print(table, end="")
     if given.write:
         text = PAGE.read_text()

@@ -2,7 +2,7 @@
 """Teaches, maps and replays in simulation and writes the tables of docs/results/replay.md.
 
 usage: tools/replay_table.py PROGRAM [--data DATA] [--seeds 5] [--laps 10] [--images-seeds 1] [--images-laps 1] [--images-fast-seeds 1]
-       [--keep FOLDER] [--only circuit,pictures,recorded,faults] [--write docs/results/replay.md]
+       [--keep FOLDER] [--only circuit,images,recorded,faults] [--write docs/results/replay.md]
 
 DATA contains paths/ (laps recorded with a LIMO: s, x, y, theta, kappa); without it their rows are omitted. --images-seeds 0 omits the
 rows with rendered images, which take minutes per lap. With --keep every outcome is stored in FOLDER under a hash of the program, and an
@@ -97,7 +97,7 @@ def circuit(bench, args):
     return lines
 
 
-def pictures(bench, args):
+def images(bench, args):
     lines = []
     fast = ["--max-speed-m-s", 1, "--max-yaw-rate-rad-s", 2]
     cases = [("", 0.4, args.images_laps, args.images_seeds, []),
@@ -106,7 +106,7 @@ def pictures(bench, args):
     for words, speed, laps, seeds, flags in cases:
         outcomes = []
         for seed in range(1, seeds + 1):
-            folder = bench.lap("pictures", "circuit24", seed, "--images")
+            folder = bench.lap("images", "circuit24", seed, "--images")
             outcomes.append(bench.replay(folder, "circuit24", seed, "--images", "--laps", laps, "--speed-m-s", speed, *flags))
         lines.append(row(f"circuit24, follower, {speed} m/s, {laps} {'lap' if laps == 1 else 'laps'}, rendered images{words}", outcomes))
     return lines
@@ -204,12 +204,12 @@ def main():
     parser.add_argument("--images-laps", type=int, default=1)
     parser.add_argument("--images-fast-seeds", type=int, default=1)
     parser.add_argument("--keep")
-    parser.add_argument("--only", default="circuit,pictures,recorded,faults")
+    parser.add_argument("--only", default="circuit,images,recorded,faults")
     parser.add_argument("--write")
     args = parser.parse_args()
     if args.data:
         args.data = str(pathlib.Path(args.data).resolve())
-    parts = {"circuit": circuit, "pictures": pictures if args.images_seeds > 0 else None, "recorded": recorded if args.data else None,
+    parts = {"circuit": circuit, "images": images if args.images_seeds > 0 else None, "recorded": recorded if args.data else None,
              "faults": faults}
     if args.write and set(args.only.split(",")) != set(parts):
         sys.exit("--only and --write: the page holds all parts")

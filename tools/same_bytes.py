@@ -223,8 +223,8 @@ def write_all(folder, outcome):
 def write_start(folder, program):
     """The initial files of every command: photographs, the text files of the table, a recording and a map by the program."""
     sys.path.insert(0, str(ROOT / "tests/cli"))
-    import pictures
-    pictures.fill(folder)
+    import images
+    images.fill(folder)
     for name, text in table.START.items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(text)

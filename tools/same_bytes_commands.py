@@ -108,7 +108,7 @@ world.twin < teach.1 map.1 : world from-recording lap.mcap --map map -o twin
 detect : detect --json --covariance photos photograph.png
 detect.words : detect photograph.png --annotate seen
 detect.poses : detect photograph.png --camera camera.yaml --tag-size-m 0.1 --json
-detect.samples < samples : detect samples/pictures --json
+detect.samples < samples : detect samples/images --json
 calibrate.camera < samples : calibrate camera samples/calibration --cols 6 --rows 5 --tag-size-m 0.03 -o calibration.yaml --json
 calibrate.ros < samples : calibrate camera samples/calibration --cols 6 --rows 5 --tag-size-m 0.03 --camera-info info.yaml -o calibration.yaml
 calibrate.robot < teach.1 : calibrate robot lap.mcap -o calibration.yaml --json
@@ -274,7 +274,7 @@ commission --world circuit24 --yes
 # A recording and a map in the folder of every command.
 START_COMMANDS = (("teach", "--world", "mbot-square", "--seed", "1", "-o", "golden.mcap"), ("map", "golden.mcap", "-o", "golden"))
 
-# Text files in the folder of every command, in addition to the photographs of tests/cli/pictures.py.
+# Text files in the folder of every command, in addition to the photographs of tests/cli/images.py.
 START = {
     "short.yaml": """name: line
 tag_family: tag36h11

@@ -85,7 +85,7 @@ ReplayerSetup replay_setup_of(py::dict given, double laps, const std::string& me
 }
 
 /// Raises TypeError for an image without a detector, or with a size other than that of its camera.
-void check_picture(const CameraFrame& frame, const Drive& drive) {
+void check_image(const CameraFrame& frame, const Drive& drive) {
   const RobotDescription& robot = *drive.session.folder.robot;
   if (drive.detector == nullptr)
     throw py::type_error(
@@ -106,7 +106,7 @@ std::vector<Sample> samples_of(const py::object& given, const Drive& drive) {
   std::vector<Sample> list;
   for (const py::handle& one : py::iter(given)) {
     list.push_back(sample_of(one));
-    if (const auto* frame = std::get_if<CameraFrame>(&list.back())) check_picture(*frame, drive);
+    if (const auto* frame = std::get_if<CameraFrame>(&list.back())) check_image(*frame, drive);
   }
   return list;
 }
@@ -142,7 +142,7 @@ Result<ReplayEnd> run(const Drive& drive, const py::object& robot, const py::obj
   StepRobot stepped(step_of(robot, drive, pending),
                     Duration(static_cast<std::int64_t>(drive.period_s * 1e9)));
   ReplaySession session(*drive.session.replayer, listener_of(on_step, pending));
-  PictureSearch search;
+  ImageSearch search;
   if (drive.detector != nullptr) {
     const RobotDescription& described = *drive.session.folder.robot;
     search = {.finder = &drive.detector->finder,

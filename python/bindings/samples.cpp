@@ -78,10 +78,10 @@ void bind_camera_samples(py::module_& m) {
   finish_value(tags, {"stamp_ns", "camera", "detections"});
   def_keyword_init(tags);
 
-  py::class_<CameraFrame> picture(m, "CameraFrame", "A grey image.");
-  def_stamp(picture);
-  picture.def_readwrite("camera", &CameraFrame::camera, "Name of the camera.");
-  picture.def_property_readonly(
+  py::class_<CameraFrame> camera_frame(m, "CameraFrame", "A grey image.");
+  def_stamp(camera_frame);
+  camera_frame.def_readwrite("camera", &CameraFrame::camera, "Name of the camera.");
+  camera_frame.def_property_readonly(
       "image",
       [](const py::object& self) -> py::array {
         auto& frame = py::cast<CameraFrame&>(self);
@@ -90,18 +90,18 @@ void bind_camera_samples(py::module_& m) {
                                          self);
       },
       "(height, width) uint8; a view into the frame.");
-  picture.def(py::init([](std::int64_t stamp_ns, const py::object& image, std::string camera) {
-                const ImageView view = image_view(image);
-                CameraFrame frame{.stamp = SensorTime(Duration(stamp_ns)),
-                                  .camera = std::move(camera),
-                                  .image = Image(view.width, view.height)};
-                for (int y = 0; y < view.height; ++y)
-                  std::copy_n(view.row(y), view.width, frame.image.row(y));
-                return frame;
-              }),
-              py::arg("stamp_ns"), py::arg("image"), py::arg("camera") = "cam",
-              "Copies an image (height, width) of uint8 into the frame.");
-  finish_value(picture, {"stamp_ns", "camera", "image"});
+  camera_frame.def(py::init([](std::int64_t stamp_ns, const py::object& image, std::string camera) {
+                     const ImageView view = image_view(image);
+                     CameraFrame frame{.stamp = SensorTime(Duration(stamp_ns)),
+                                       .camera = std::move(camera),
+                                       .image = Image(view.width, view.height)};
+                     for (int y = 0; y < view.height; ++y)
+                       std::copy_n(view.row(y), view.width, frame.image.row(y));
+                     return frame;
+                   }),
+                   py::arg("stamp_ns"), py::arg("image"), py::arg("camera") = "cam",
+                   "Copies an image (height, width) of uint8 into the frame.");
+  finish_value(camera_frame, {"stamp_ns", "camera", "image"});
 
   py::class_<SeenTagPose> seen(m, "SeenTagPose",
                                "A tag pose in the camera frame, estimated by the robot's own software.");

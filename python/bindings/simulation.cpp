@@ -56,10 +56,10 @@ py::tuple take_photograph(const CameraModel& camera, const py::iterable& tags, s
     Random random(seed);
     taken = photograph(camera, scene, options, random);
   }
-  Photograph picture = value_of(std::move(taken));
+  Photograph photo = value_of(std::move(taken));
   py::list truths;
-  for (const TagTruth& truth : picture.tags) truths.append(simulation_dict(truth));
-  return py::make_tuple(to_array(std::move(picture.image)), truths);
+  for (const TagTruth& truth : photo.tags) truths.append(simulation_dict(truth));
+  return py::make_tuple(to_array(std::move(photo.image)), truths);
 }
 
 /// The samples of a scripted lap along the path of the world.
@@ -107,16 +107,16 @@ void bind_simulation(py::module_& m) {
       m, "Simulator",
       "A simulated robot whose time advances only on request. It stops if no commands arrive.");
   simulator.def(py::init([](const World& world, const RobotDescription& robot, std::uint64_t seed,
-                            bool pictures, const std::optional<SE2>& start, const py::kwargs& given) {
+                            bool images, const std::optional<SE2>& start, const py::kwargs& given) {
                   SimulatedRobotOptions simulated = robot.simulation;
                   simulated.seed = seed;
                   update_options(simulated, given);
                   check(waymark::check(simulated));
-                  return std::make_unique<Simulator>(world, robot, simulated, pictures, start);
+                  return std::make_unique<Simulator>(world, robot, simulated, images, start);
                 }),
-                py::arg("world"), py::arg("robot"), py::arg("seed") = 1, py::arg("pictures") = false,
+                py::arg("world"), py::arg("robot"), py::arg("seed") = 1, py::arg("images") = false,
                 py::arg("start") = py::none(),
-                ("With pictures=True, the camera yields CameraFrame, otherwise TagFrame. `start` is an SE2 "
+                ("With images=True, the camera yields CameraFrame, otherwise TagFrame. `start` is an SE2 "
                  "in the map; None means the start of the world's path. Options of the robot by keyword "
                  "override those of its description:\n\n" +
                  options)

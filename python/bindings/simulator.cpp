@@ -30,11 +30,11 @@ std::vector<MountedCamera> cameras_of(const RobotDescription& robot) {
 }  // namespace
 
 Simulator::Simulator(const World& world, const RobotDescription& robot, const SimulatedRobotOptions& options,
-                     bool pictures, const std::optional<SE2>& start) {
+                     bool images, const std::optional<SE2>& start) {
   const std::vector<MountedCamera> cameras = cameras_of(robot);
   robot_ = std::make_unique<SimulatedRobot>(world, robot.model, cameras, start_of(world, start), options,
-                                            pictures ? CameraOutput::Shots : CameraOutput::Corners);
-  if (pictures) camera_ = value_of(DetectingCamera::make(std::make_shared<const World>(world), cameras, {}));
+                                            images ? CameraOutput::Shots : CameraOutput::Corners);
+  if (images) camera_ = value_of(DetectingCamera::make(std::make_shared<const World>(world), cameras, {}));
 }
 
 Sample Simulator::next() {

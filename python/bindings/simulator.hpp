@@ -17,7 +17,7 @@ namespace waymark::python {
 class Simulator {
  public:
   Simulator(const World& world, const RobotDescription& robot, const SimulatedRobotOptions& options,
-            bool pictures, const std::optional<SE2>& start);
+            bool images, const std::optional<SE2>& start);
 
   Sample next();
   std::vector<Sample> advance(double seconds);

@@ -71,7 +71,7 @@ class Exercise(unittest.TestCase):
 
     def test_frequency_paces_a_loop(self):
         count = "import Frequency, HAL, time\nfor _ in range(5):\n    {ask}Frequency.tick({rate})\nassert abs(time.time() - {s}) < 0.21, time.time()\n"
-        for ask, rate, s in (("", "2", 2.2), ("HAL.getImage(); ", "2", 2.2), ("HAL.getImage(); ", "", 1.0), ("", "ideal_rate=1000", 1.0)):  # pictures are 0.2 s apart
+        for ask, rate, s in (("", "2", 2.2), ("HAL.getImage(); ", "2", 2.2), ("HAL.getImage(); ", "", 1.0), ("", "ideal_rate=1000", 1.0)):  # images are 0.2 s apart
             self.assertIsNone(scored(count.format(ask=ask, rate=rate, s=s), 5)["error"], (ask, rate))
         for rate, word in (("0", "a rate above 0"), ("'fast'", "expected a number"), ("-1", "a rate above 0")):
             self.assertIn(word, scored(f"import Frequency\nFrequency.tick({rate})\n", 1)["error"])
@@ -105,7 +105,7 @@ class Exercise(unittest.TestCase):
             self.assertIn("read no sensor for 1 s", result["error"], body)
             self.assertRegex(result["error"], r"\(line [4-8]\)", body)
             self.assertIn("the robot was stopped", result["error"])
-            self.assertGreater(result["pictures"], 0)
+            self.assertGreater(result["images"], 0)
 
     def test_a_solution_that_catches_everything_ends_with_its_time(self):
         for caught in ("    try:\n        HAL.getImage()\n    except:\n        pass\n", "    try:\n        HAL.getImage()\n    finally:\n        continue\n"):
@@ -154,7 +154,7 @@ class Exercise(unittest.TestCase):
                 printed, _ = process.communicate(timeout=30)
                 result = json.loads(printed)
                 self.assertEqual(result["error"], "stopped by Ctrl-C")
-                self.assertGreater(result["pictures"], 0)
+                self.assertGreater(result["images"], 0)
 
     def test_arguments_out_of_range_are_named(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -237,7 +237,7 @@ class Exercise(unittest.TestCase):
             self.assertIsNone(scored(text, 1)["error"])
 
     def test_images_after_an_early_end_count(self):
-        right = academy.Picture(0, (0, 0, 0), (0, 0, 0), (0, 0, 0))
+        right = academy.ScoredImage(0, (0, 0, 0), (0, 0, 0), (0, 0, 0))
         self.assertEqual(academy.score([right], 3)["points"], 25)
 
     def test_non_numeric_commands_are_named(self):

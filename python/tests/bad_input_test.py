@@ -250,12 +250,12 @@ class Closed(unittest.TestCase):
 class Threads(unittest.TestCase):
     def test_one_detector_in_four_threads(self):
         pose = geometry.SE3(geometry.SO3(), [0, 0, 1])
-        picture, _ = simulation.photograph(LENS, [(5, pose, 0.2)], seed=1)
+        image, _ = simulation.photograph(LENS, [(5, pose, 0.2)], seed=1)
         detector = tags.Detector()
-        expected = detector.detect(picture)
+        expected = detector.detect(image)
         self.assertEqual(len(expected), 1)
         results = []
-        threads = [threading.Thread(target=lambda: results.extend(detector.detect(picture) == expected for _ in range(10))) for _ in range(4)]
+        threads = [threading.Thread(target=lambda: results.extend(detector.detect(image) == expected for _ in range(10))) for _ in range(4)]
         for thread in threads:
             thread.start()
         for thread in threads:

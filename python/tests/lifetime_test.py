@@ -40,21 +40,21 @@ class Views(unittest.TestCase):
 
     def test_images_outlive_their_frame(self):
         taken = samples.CameraFrame(1, photograph())
-        picture = taken.image
-        part = picture[10:20, 30:40]
-        del taken, picture
+        photo = taken.image
+        part = photo[10:20, 30:40]
+        del taken, photo
         gc.collect()
         self.assertEqual(part.tolist(), photograph()[10:20, 30:40].tolist())
 
-    def test_pictures_of_a_file_own_their_memory(self):
+    def test_images_of_a_file_own_their_memory(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "a.png")
             image.write(path, photograph())
-            pictures = [image.read(path) for _ in range(20)]
+            images = [image.read(path) for _ in range(20)]
         gc.collect()
-        for picture in pictures:
-            self.assertEqual(picture.shape, (240, 320))
-        self.assertTrue((pictures[0] == pictures[-1]).all())
+        for photo in images:
+            self.assertEqual(photo.shape, (240, 320))
+        self.assertTrue((images[0] == images[-1]).all())
 
     def test_parts_outlive_the_whole(self):
         world = config.read_world("circuit24")
@@ -81,46 +81,46 @@ class Views(unittest.TestCase):
 
 
 class Buffers(unittest.TestCase):
-    """Pictures that lie at the very end of their memory."""
+    """Images that lie at the very end of their memory."""
 
     def test_rows_with_gaps_up_to_the_last_byte(self):
-        picture = photograph()
-        expected = tags.Detector().detect(picture)
+        photo = photograph()
+        expected = tags.Detector().detect(photo)
         for gap in (0, 1, 7, 64):
-            height, width = picture.shape
+            height, width = photo.shape
             memory = np.empty((height - 1) * (width + gap) + width, np.uint8)
-            rows = np.lib.stride_tricks.as_strided(memory, picture.shape, (width + gap, 1))
-            rows[:] = picture
+            rows = np.lib.stride_tricks.as_strided(memory, photo.shape, (width + gap, 1))
+            rows[:] = photo
             for detector in (tags.Detector(), tags.Detector(refine=False), tags.Detector(detector="apriltag3")):
                 found = detector.detect(rows)
                 self.assertEqual([tag.tag for tag in found], ["tag36h11:5"])
             self.assertEqual(tags.Detector().detect(rows), expected)
 
-    def test_small_pictures_up_to_the_last_byte(self):
+    def test_small_images_up_to_the_last_byte(self):
         random = np.random.default_rng(1)
         detectors = (tags.Detector(), *(tags.Detector(detector="apriltag3", quad_decimate=by) for by in (1, 4)))
         for height in (1, 2, 3, 5, 8, 9, 17, 31):
             for width in (1, 2, 3, 5, 8, 9, 17, 31, 65):
-                picture = random.integers(0, 256, (height, width), np.uint8)
+                photo = random.integers(0, 256, (height, width), np.uint8)
                 for detector in detectors:
-                    detector.detect(picture)
-                self.assertEqual(samples.CameraFrame(0, picture).image.tolist(), picture.tolist())
+                    detector.detect(photo)
+                self.assertEqual(samples.CameraFrame(0, photo).image.tolist(), photo.tolist())
 
     def test_a_tag_that_touches_the_edge(self):
         lens = camera.pinhole(64, 48, 60, 60, 32, 24)
         for x in (-0.4, -0.2, 0, 0.2, 0.4):
-            picture = simulation.photograph(lens, [(5, geometry.SE3(geometry.SO3(), [x, 0, 0.5]), 0.3)], seed=1)[0]
+            photo = simulation.photograph(lens, [(5, geometry.SE3(geometry.SO3(), [x, 0, 0.5]), 0.3)], seed=1)[0]
             for detector in ("waymark", "apriltag3"):
-                for found in tags.Detector(detector=detector).detect(picture.copy()):
+                for found in tags.Detector(detector=detector).detect(photo.copy()):
                     self.assertTrue(np.isfinite(found.corners_px).all())
 
     def test_read_only_and_foreign_memory(self):
-        picture = photograph()
-        expected = tags.Detector().detect(picture)
-        fixed = np.frombuffer(picture.tobytes(), np.uint8).reshape(picture.shape)
+        photo = photograph()
+        expected = tags.Detector().detect(photo)
+        fixed = np.frombuffer(photo.tobytes(), np.uint8).reshape(photo.shape)
         self.assertFalse(fixed.flags.writeable)
         self.assertEqual(tags.Detector().detect(fixed), expected)
-        self.assertEqual(tags.Detector().detect(np.frombuffer(memoryview(bytearray(picture.tobytes())), np.uint8).reshape(picture.shape)), expected)
+        self.assertEqual(tags.Detector().detect(np.frombuffer(memoryview(bytearray(photo.tobytes())), np.uint8).reshape(photo.shape)), expected)
 
     def test_points_without_copies(self):
         points = np.frombuffer(np.array([[0.0, 0, 1], [0.1, 0, 1]]).tobytes())
@@ -158,19 +158,19 @@ class Threads(unittest.TestCase):
         self.in_threads(search, search, search)
 
     def test_an_image_that_changes_during_detection(self):
-        picture, busy = photograph(), [True]
+        photo, busy = photograph(), [True]
         random = np.random.default_rng(1)
 
         def change():
             while busy[0]:
-                picture[:] = random.integers(0, 256, picture.shape, np.uint8)
-                picture[:] = photograph()
+                photo[:] = random.integers(0, 256, photo.shape, np.uint8)
+                photo[:] = photograph()
 
         def search():
             try:
                 for keywords in ({}, {"detector": "apriltag3"}, {"refine": False}):
                     for _ in range(5):
-                        tags.Detector(**keywords).detect(picture)
+                        tags.Detector(**keywords).detect(photo)
             finally:
                 busy[0] = False
 
@@ -267,18 +267,18 @@ class Forks(unittest.TestCase):
         self.assertEqual(os.waitpid(child, 0)[1], 0)
 
     def test_a_child_works_on_what_its_parent_made(self):
-        detector, picture = tags.Detector(), photograph()
-        expected = detector.detect(picture)
+        detector, photo = tags.Detector(), photograph()
+        expected = detector.detect(photo)
         world, robot = config.read_world("circuit24"), config.read_robot("limo")
         localizer = localization.Localizer(world.tags, robot)
 
         def child():
-            assert detector.detect(picture) == expected
+            assert detector.detect(photo) == expected
             localizer.add_all(simulation.scripted_lap(world, robot, seed=1)[:500])
             assert pickle.loads(pickle.dumps(world)) == world
 
         self.in_child(child)
-        self.assertEqual(detector.detect(picture), expected)
+        self.assertEqual(detector.detect(photo), expected)
 
     def test_a_writer_in_parent_and_child(self):
         """The child closes its copy; the parent's file is whole afterwards."""

@@ -94,16 +94,16 @@ class Tags(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.truth = tag_before_camera()
-        cls.picture, cls.truths = simulation.photograph(LENS, [("tag36h11:7", cls.truth, 0.3), (9, tag_before_camera(2.5, -0.3), 0.2)], seed=3)
-        cls.found = tags.Detector().detect(cls.picture, LENS)
+        cls.image, cls.truths = simulation.photograph(LENS, [("tag36h11:7", cls.truth, 0.3), (9, tag_before_camera(2.5, -0.3), 0.2)], seed=3)
+        cls.found = tags.Detector().detect(cls.image, LENS)
 
     def test_same_bits_as_the_program(self):
         with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder) / "picture.png"
-            image.write(path, self.picture)
-            np.testing.assert_array_equal(image.read(path), self.picture)
+            path = pathlib.Path(folder) / "image.png"
+            image.write(path, self.image)
+            np.testing.assert_array_equal(image.read(path), self.image)
             line = json.loads(program("detect", path, "--json").splitlines()[0])
-            plain = tags.Detector().detect(self.picture)
+            plain = tags.Detector().detect(self.image)
         self.assertEqual(len(line["detections"]), len(plain))
         for theirs, ours in zip(line["detections"], plain):
             self.assertEqual(theirs["id"], ours.id)
@@ -111,7 +111,7 @@ class Tags(unittest.TestCase):
 
     def test_rows_may_have_gaps_and_nothing_is_copied(self):
         wide = np.zeros((480, 700), np.uint8)
-        wide[:, 20:660] = self.picture
+        wide[:, 20:660] = self.image
         view = wide[:, 20:660]
         view.flags.writeable = False
         self.assertEqual(tags.Detector().detect(view, LENS), self.found)
@@ -135,10 +135,10 @@ class Tags(unittest.TestCase):
 
     def test_detector_pickles_by_its_options(self):
         other = pickle.loads(pickle.dumps(tags.Detector(max_hamming=0, refine=False)))
-        self.assertIsNone(other.detect(self.picture)[0].corner_covariance_px2)
+        self.assertIsNone(other.detect(self.image)[0].corner_covariance_px2)
 
 
-class Pictures(unittest.TestCase):
+class Images(unittest.TestCase):
     def test_sample_values(self):
         frame = samples.CameraFrame(stamp_ns=5, image=np.arange(12, dtype=np.uint8).reshape(3, 4))
         again = pickle.loads(pickle.dumps(frame))

@@ -193,7 +193,7 @@ class Drives(unittest.TestCase):
         self.refused(TypeError, "robot is the class Robot: expected an instance", self.robot(lambda _: []))
         self.refused(TypeError, r"on_step is 3: expected a function", self.robot(lambda _: [])(), on_step=3)
 
-    def test_pictures_need_a_detector_and_the_size_of_the_camera(self):
+    def test_images_need_a_detector_and_the_size_of_the_camera(self):
         small = self.robot(lambda now_ns: [samples.CameraFrame(now_ns, np.zeros((10, 10), np.uint8))])
         self.refused(TypeError, "no detector is given", small())
         self.refused(ValueError, "an image of 10 x 10", small(), detector=tags.Detector())

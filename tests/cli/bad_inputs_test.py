@@ -18,7 +18,7 @@ import tempfile
 import unittest
 
 import harness
-import pictures
+import images
 import recordings
 from laps import MAP_OF_SQUARE, made
 import golden_page
@@ -471,7 +471,7 @@ class BadInputs(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="waymark-bad-"))
         cls.addClassCleanup(shutil.rmtree, cls.folder)
-        pictures.fill(cls.folder)
+        images.fill(cls.folder)
         shutil.copytree(made(*MAP_OF_SQUARE), cls.folder, dirs_exist_ok=True)
 
         def write(name, data):

@@ -44,10 +44,10 @@ def photographs(sheet_px, metres_across, count, folder, rng, warm=0.8, scale_px=
         normal = R[:, 2]
         points = rays * ((normal @ middle) / (rays @ normal))[:, None]
         place = (points - middle) @ R / scale + np.array([(cols - 1) / 2, (rows - 1) / 2, 0])
-        picture = cv2.remap(big, place[:, 0].reshape(height, width).astype(np.float32), place[:, 1].reshape(height, width).astype(np.float32),
+        image = cv2.remap(big, place[:, 0].reshape(height, width).astype(np.float32), place[:, 1].reshape(height, width).astype(np.float32),
                             cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=255).astype(np.float64)
-        picture = cv2.GaussianBlur(picture, (0, 0), warm) * 0.7 + 30 + rng.normal(0, 2, picture.shape)
-        cv2.imwrite(str(folder / f"{i:02}.png"), np.clip(picture, 0, 255).astype(np.uint8))
+        image = cv2.GaussianBlur(image, (0, 0), warm) * 0.7 + 30 + rng.normal(0, 2, image.shape)
+        cv2.imwrite(str(folder / f"{i:02}.png"), np.clip(image, 0, 255).astype(np.uint8))
     return f, cx, cy
 
 
@@ -145,7 +145,7 @@ class PrintedBoards(InFolder):
             sigma = report["parameters"][name]["sigma"]
             self.assertLess(abs(value - truth), 4 * sigma, f"{name} {value} +- {sigma}")
             self.assertLess(sigma, 4)
-        self.assertGreaterEqual(sum(view["corners"] > 0 for view in report["pictures"]), 7)
+        self.assertGreaterEqual(sum(view["corners"] > 0 for view in report["images"]), 7)
         self.assertLess(report["held_out_rms_px"], 0.2)
 
     def test_photographs_of_a_charuco_sheet(self):
@@ -320,7 +320,7 @@ class RealBoards(InFolder):
                                                          flags=lens_flags)
             theirs.append(squares_of(objects[i], pixels[i], K, distortion))
         rms = [float(np.sqrt(np.mean(np.concatenate(squares)))) for squares in (ours, theirs)]
-        print(f"{folder}: {len(kept)} pictures, {sum(map(len, pixels))} corners; left out, RMS px: ours {rms[0]:.4f}, OpenCV {rms[1]:.4f}; "
+        print(f"{folder}: {len(kept)} images, {sum(map(len, pixels))} corners; left out, RMS px: ours {rms[0]:.4f}, OpenCV {rms[1]:.4f}; "
               f"fx {matrices(calibration)[0][0, 0]:.2f}")
         return rms
 
@@ -345,11 +345,11 @@ class RealBoards(InFolder):
         index = 0
         while True:
             at_ms = capture.get(cv2.CAP_PROP_POS_MSEC)
-            good, picture = capture.read()
+            good, image = capture.read()
             if not good:
                 break
             if any(abs(1e-3 * at_ms - stamp) < 0.005 for stamp in stamps):
-                cv2.imwrite(str(frames / f"{index:03}.png"), cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
+                cv2.imwrite(str(frames / f"{index:03}.png"), cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
             index += 1
         names = sorted(str(path) for path in frames.iterdir())
         self.assertGreaterEqual(len(names), 5)

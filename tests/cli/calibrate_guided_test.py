@@ -30,7 +30,7 @@ class Guided(boards.InFolder):
         photos = self.folder / "photos"
         photos.mkdir()
         self.truth = boards.photographs(page, 0.297, VIEWS + 2, photos, np.random.default_rng(11), scale_px=2 / 3)
-        self.pictures = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted(photos.iterdir())]
+        self.images = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted(photos.iterdir())]
 
     def check_camera(self, outcome):
         found = json.loads(outcome.out)
@@ -43,10 +43,10 @@ class Guided(boards.InFolder):
     def camera(self):
         """Plays identical images of the still board for 1.3 s at each place."""
         camera = FakeCamera(self.folder / "fake", PROGRAM)
-        height, width = self.pictures[0].shape
+        height, width = self.images[0].shape
         with open(self.folder / "fake/frames", "wb") as file:
-            for picture in self.pictures:
-                file.write(picture.tobytes() * HELD)
+            for image in self.images:
+                file.write(image.tobytes() * HELD)
         return camera.add_mode("GREY", width, height, 20, "frames")
 
     def test_a_live_camera(self):
@@ -55,7 +55,7 @@ class Guided(boards.InFolder):
         outcome = self.run_here(*words, env=camera.environment())
         self.assertEqual(outcome.code, 0, outcome.err)
         found = self.check_camera(outcome)
-        self.assertEqual(len(found["pictures"]), VIEWS)
+        self.assertEqual(len(found["images"]), VIEWS)
         self.assertEqual(len(list((self.folder / "views").iterdir())), VIEWS)
         self.assertIn("verdict: known", (self.folder / "calibration.yaml").read_text())
         self.assertIn("exposure_ms", outcome.err, "automatic controls are fixed")
@@ -80,12 +80,12 @@ class Guided(boards.InFolder):
         self.assertIn("--dictionary 5x5_", printed[-1], "".join(printed))
 
     def test_ctrl_c_ends_a_video_with_the_views_so_far(self):
-        height, width = self.pictures[0].shape
+        height, width = self.images[0].shape
         video = cv2.VideoWriter(str(self.folder / "board.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 20, (width, height), False)
         self.assertTrue(video.isOpened())
-        for picture in self.pictures * 6:
+        for image in self.images * 6:
             for _ in range(HELD):
-                video.write(picture)
+                video.write(image)
         video.release()
         running = subprocess.Popen([PROGRAM, "calibrate", "camera", "board.avi", "--guided", *WORDS, "--set", "guide.views_at_most=1000", "--set", "guide.focal_share=1e-5",
                                     "-o", "calibration.yaml", "--json"],
@@ -99,7 +99,7 @@ class Guided(boards.InFolder):
         running.send_signal(signal.SIGINT)
         out, err = rest_of(running)
         self.assertEqual(running.returncode, 130, "".join(printed) + err)
-        self.assertGreaterEqual(len(json.loads(out)["pictures"]), 6)
+        self.assertGreaterEqual(len(json.loads(out)["images"]), 6)
         self.assertTrue((self.folder / "calibration.yaml").exists(), "the views so far are used")
 
 

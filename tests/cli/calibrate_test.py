@@ -41,7 +41,7 @@ def rotate(vector, axis_angle):
     return [v * math.cos(angle) + c * math.sin(angle) + a * dot * (1 - math.cos(angle)) for v, c, a in zip(vector, cross, k)]
 
 
-def picture(name, rng, turn, place):
+def image(name, rng, turn, place):
     pitch, half = SIZE * (1 + SPACING), SIZE / 2
     detections = []
     for number in range(COLS * ROWS):
@@ -65,7 +65,7 @@ def board(count=14):
         about = 2 * math.pi * i / count
         turn = (0.5 * math.cos(about), 0.5 * math.sin(about), rng.uniform(-0.3, 0.3))
         place = (0.06 * math.sin(about), 0.04 * math.cos(about), rng.uniform(0.22, 0.4))
-        lines.append(json.dumps(picture(f"{i}.png", rng, turn, place)))
+        lines.append(json.dumps(image(f"{i}.png", rng, turn, place)))
     return "\n".join(lines) + "\n"
 
 
@@ -92,7 +92,7 @@ class Calibrate(unittest.TestCase):
             self.assertLess(abs(value["value"] - truth), 4 * value["sigma"], name)
         self.assertAlmostEqual(found["noise_scale"], 1, delta=0.1)
         self.assertAlmostEqual(found["held_out_rms_px"], NOISE_PX * math.sqrt(2), delta=0.01)
-        self.assertEqual(len(found["pictures"]), 14)
+        self.assertEqual(len(found["images"]), 14)
         self.assertIn("verdict: known", (self.folder / "calibration.yaml").read_text())
         self.assertIn("camera_matrix", (self.folder / "camera.yaml").read_text())
         self.assertEqual(len(found["regions"]), 9)

@@ -54,7 +54,7 @@ class Demo(InFolder):
         self.assertEqual(outcome.code, 0, outcome.err)
         for name in ("lap.mcap", "replay.mcap"):
             (info,) = self.run_here("info", "--json", f"out/{name}").records
-            self.assertIn("pictures", info["contents"], f"{name} contains images")
+            self.assertIn("images", info["contents"], f"{name} contains images")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import shutil
 import unittest
 import zlib
 
-import pictures
+import images
 from harness import TAG_FAR, InFolder
 import golden_page
 
@@ -20,7 +20,7 @@ class Detect(InFolder):
         self.assertEqual(outcome.code, 0, outcome.err)
         (record,) = outcome.records
         self.assertEqual((record["image"], record["width_px"], record["height_px"]), ("photograph.png", 320, 240))
-        self.assert_tags(record, pictures.SCENE_TAGS)
+        self.assert_tags(record, images.SCENE_TAGS)
         first = record["detections"][0]
         self.assertEqual((first["family"], first["id"], first["hamming"]), ("tag36h11", 7, 0))
         self.assertLess(abs(first["center_px"][0] - 64) + abs(first["center_px"][1] - 74), TAG_FAR)
@@ -50,15 +50,15 @@ class Detect(InFolder):
         self.assertEqual(first.out, self.run_here("detect", "--json", "--covariance", "photos").out)
 
     def test_formats(self):
-        rows = pictures.scene(320, 240, pictures.SCENE_TAGS)
-        pictures.write_pgm16(self.folder / "deep.pgm", rows)
-        pictures.write_png(self.folder / "deep.png", rows, depth=16)
-        pictures.write_ppm(self.folder / "colour.ppm", rows)
-        (self.folder / "cmyk.jpg").write_bytes(pictures.CMYK_JPEG)
+        rows = images.scene(320, 240, images.SCENE_TAGS)
+        images.write_pgm16(self.folder / "deep.pgm", rows)
+        images.write_png(self.folder / "deep.png", rows, depth=16)
+        images.write_ppm(self.folder / "colour.ppm", rows)
+        (self.folder / "cmyk.jpg").write_bytes(images.CMYK_JPEG)
         outcome = self.run_here("detect", "--json", "deep.pgm", "deep.png", "colour.ppm", "cmyk.jpg")
         self.assertEqual(outcome.code, 0, outcome.err)
         for record in outcome.records[:3]:
-            self.assert_tags(record, pictures.SCENE_TAGS)
+            self.assert_tags(record, images.SCENE_TAGS)
         self.assertEqual((outcome.records[3]["width_px"], outcome.records[3]["detections"]), (64, []))
 
     def test_annotated_images_are_written_as_a_readable_video(self):
@@ -69,7 +69,7 @@ class Detect(InFolder):
         (record,) = seen.records
         self.assertEqual((record["image"], record["stamp_s"]), ("walk.mp4#0.000000000", 0))
         self.assertEqual((record["width_px"], record["height_px"]), (320, 240))
-        converted = self.run_here("convert", "walk.mp4", "walk.mcap", "--pictures", "jpeg")
+        converted = self.run_here("convert", "walk.mp4", "walk.mcap", "--record-images", "jpeg")
         self.assertEqual(converted.code, 0, converted.err)
         self.assertRegex(converted.out, r"walk\.mcap: 1 \w+, 2 ")
         before = (self.folder / "walk.mcap").read_bytes()
@@ -80,7 +80,7 @@ class Detect(InFolder):
 
     def test_mapping_a_video_requires_its_camera(self):
         self.run_here("detect", "photograph.png", "--annotate", "walk.mp4")
-        (self.folder / "camera.yaml").write_text(pictures.CAMERA)
+        (self.folder / "camera.yaml").write_text(images.CAMERA)
         for flags, words in (([], "--camera"), (["--camera", "camera.yaml"], "--tag-size-m"),
                              (["--camera", "camera.yaml", "--tag-size-m", "0.16", "--robot", "limo"], "`waymark map lap`")):
             outcome = self.run_here("map", "walk.mp4", "-o", "map", *flags)
@@ -88,9 +88,9 @@ class Detect(InFolder):
             self.assertIn(words, outcome.err)
 
     def test_smallest_and_widest(self):
-        pictures.write_pgm(self.folder / "one.pgm", [bytes([7])])
+        images.write_pgm(self.folder / "one.pgm", [bytes([7])])
         far = [("tag36h11", 7, 19900, 20, 8)]
-        pictures.write_pgm(self.folder / "wide.pgm", pictures.scene(20000, 110, far))
+        images.write_pgm(self.folder / "wide.pgm", images.scene(20000, 110, far))
         outcome = self.run_here("detect", "--json", "--annotate", "seen", "one.pgm", "wide.pgm")
         self.assertEqual(outcome.code, 0, outcome.err)
         self.assertEqual(outcome.records[0]["detections"], [])
@@ -98,7 +98,7 @@ class Detect(InFolder):
 
     def test_other_families(self):
         tags = [("tag16h5", 3, 40, 40, 10)]
-        pictures.write_png(self.folder / "small.png", pictures.scene(200, 160, tags))
+        images.write_png(self.folder / "small.png", images.scene(200, 160, tags))
         outcome = self.run_here("detect", "--json", "--family", "16h5", "--family", "tag36h11", "small.png", "photograph.png")
         self.assertEqual(outcome.code, 0, outcome.err)
         self.assert_tags(outcome.records[0], tags)
@@ -164,7 +164,7 @@ class BadInput(InFolder):
         self.assertNotIn("detections", failed)
         for part in (os.path.basename(source), *parts):
             self.assertIn(part, outcome.err)
-        self.assert_tags(good, pictures.SCENE_TAGS)
+        self.assert_tags(good, images.SCENE_TAGS)
         table = self.run_here("detect", source, "photograph.png")
         self.assertEqual(table.code, 1)
         self.assertIn("photograph.png: 2 ", table.out)
@@ -194,7 +194,7 @@ class BadInput(InFolder):
         self.check("cut.png", "unreadable", "byte")
         (self.folder / "cut.pgm").write_bytes((self.folder / "photos/0002.pgm").read_bytes()[:-1])
         self.check("cut.pgm", "unreadable", "byte")
-        (self.folder / "cut.jpg").write_bytes(pictures.CMYK_JPEG[:-40])
+        (self.folder / "cut.jpg").write_bytes(images.CMYK_JPEG[:-40])
         self.check("cut.jpg", "unreadable")
 
     def test_not_an_image(self):
@@ -202,7 +202,7 @@ class BadInput(InFolder):
         self.check("words.jpg", "unreadable")
 
     def test_hostile_size(self):
-        pictures.write_png(self.folder / "huge.png", [bytes(8)])
+        images.write_png(self.folder / "huge.png", [bytes(8)])
         data = bytearray((self.folder / "huge.png").read_bytes())
         data[16:24] = (90000).to_bytes(4, "big") * 2
         data[29:33] = zlib.crc32(data[12:29]).to_bytes(4, "big")
@@ -237,7 +237,7 @@ class BadInput(InFolder):
         shutil.copy(self.folder / "photograph.png", self.folder / name)
         outcome = self.run_here("detect", "--json", name)
         self.assertEqual(outcome.code, 0, outcome.err)
-        self.assert_tags(outcome.records[0], pictures.SCENE_TAGS)
+        self.assert_tags(outcome.records[0], images.SCENE_TAGS)
 
 
 if __name__ == "__main__":

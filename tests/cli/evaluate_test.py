@@ -6,7 +6,7 @@ usage: evaluate_test.py PROGRAM [unittest options]
 import shutil
 import unittest
 
-import pictures
+import images
 from harness import TAG_FAR, InFolder
 import golden_page
 
@@ -37,7 +37,7 @@ class Evaluate(InFolder):
 
     def test_a_wrong_ground_truth_reduces_the_score(self):
         moved = [("tag36h11", 8 - 1, 40, 50, 6), ("tag36h11", 42, 100, 90, 10)]  # the second one elsewhere
-        text = pictures.truth_csv({"photograph": moved}).replace("tag36h11,7,", "tag36h11,8,")
+        text = images.truth_csv({"photograph": moved}).replace("tag36h11,7,", "tag36h11,8,")
         (self.folder / "other.csv").write_text(text)
         outcome = self.run_here("evaluate", "detections", "--json", "--truth", "other.csv", "photograph.png")
         (scores,) = outcome.records

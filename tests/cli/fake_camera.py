@@ -31,12 +31,12 @@ class FakeCamera:
         link = self.folder / f"dev/v4l/by-id/usb-Fake_camera_{number}-video-index0"
         link.symlink_to(f"../../video{number}")
 
-    def play(self, pictures, rate_hz=30, fourcc="GREY"):
+    def play(self, images, rate_hz=30, fourcc="GREY"):
         """Plays grey images (lists of rows) as GREY or YUYV."""
-        height, width = len(pictures[0]), len(pictures[0][0])
+        height, width = len(images[0]), len(images[0][0])
         name = f"frames{self.number}_{len(self.lines)}"
         with open(self.folder / name, "wb") as file:
-            for rows in pictures:
+            for rows in images:
                 for row in rows:
                     file.write(bytes(row) if fourcc == "GREY" else b"".join(bytes((value, 128)) for value in row))
         return self.add_mode(fourcc, width, height, rate_hz, name)

@@ -10,7 +10,7 @@ import os
 import re
 import unittest
 
-import pictures
+import images
 from harness import InFolder, waymark
 import golden_page
 
@@ -106,7 +106,7 @@ WITHOUT_EFFECT = {
         ("--format", "csv"), ("--topics", "/odom"), ("--from", "1"), ("--to", "2"), ("--kind", "imu"), ("--robot", "limo"), ("--tag-latency-s", "0.1"))},
     **{("convert", flag): f"{NEEDS['convert']} {flag} {value}" for flag, value in (("--ros-distro", "humble"), ("--storage", "mcap"))},
     **{("convert", flag): f"{NEEDS['convert']} {flag} {value}" for flag, value in (
-        ("--pictures", "jpeg"), ("--camera", "camera.yaml"), ("--camera-name", "left"), ("--tag-size-m", "0.1"), ("--family", "tag16h5"),
+        ("--record-images", "jpeg"), ("--camera", "camera.yaml"), ("--camera-name", "left"), ("--tag-size-m", "0.1"), ("--family", "tag16h5"),
         ("--no-refine", ""))},
     ("routes", "--at-m"): "map --at-m 1",
     ("routes", "--at-tag"): "map --at-tag 3",
@@ -318,7 +318,7 @@ class Flags(InFolder):
             (self.folder / name).write_text("".join(f"{t} {t} 0 0 0 0 0 1\n" for t in range(5)))
         (self.folder / "tags.jsonl").write_text("")
         (self.folder / "walk.mp4").write_bytes(b"\0\0\0\x18ftypmp42")
-        (self.folder / "camera.yaml").write_text(pictures.CAMERA)
+        (self.folder / "camera.yaml").write_text(images.CAMERA)
         (self.folder / "map.yaml").write_text('format: waymark-map-1\nanchor: "tag36h11:7"\ntags:\n'
                                               '  - {tag: "tag36h11:7", size_m: 0.1, position_m: [1, 0, 0], quaternion_xyzw: [-0.5, 0.5, -0.5, 0.5]}\n')
 

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import unittest
 
-import pictures
+import images
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import event  # noqa: E402, F401  (tests import both from here)
@@ -48,7 +48,7 @@ class InFolder(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="waymark-cli-"))
         self.addCleanup(shutil.rmtree, self.folder)
-        pictures.fill(self.folder)
+        images.fill(self.folder)
 
     def run_here(self, *words, **options):
         outcome = waymark(*words, cwd=self.folder, **options)
@@ -60,5 +60,5 @@ class InFolder(unittest.TestCase):
         self.assertEqual([d["tag"] for d in record["detections"]], [f"{family}:{number}" for family, number, *_ in tags])
         for detection, tag in zip(record["detections"], tags):
             found = [value for corner in detection["corners_px"] for value in corner]
-            for a, b in zip(found, pictures.corners(*tag)):
+            for a, b in zip(found, images.corners(*tag)):
                 self.assertLess(abs(a - b), TAG_FAR, detection)

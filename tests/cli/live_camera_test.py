@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 
-import pictures
+import images
 from fake_camera import FakeCamera
 from harness import PROGRAM, InFolder, event, program, unittest
 import golden_page
@@ -18,9 +18,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 VIDEO = "v4l2:/dev/video0"
 
 
-def moving_pictures(width, height):
+def moving_images(width, height):
     """The tags on a changing background: identical frames would be reported as a frozen camera."""
-    still = pictures.scene(width, height, pictures.SCENE_TAGS)
+    still = images.scene(width, height, images.SCENE_TAGS)
     return [[bytearray(value - 2 * n if value > 100 else value for value in row) for row in still] for n in range(4)]
 
 
@@ -28,7 +28,7 @@ class LiveCamera(InFolder):
     def setUp(self):
         super().setUp()
         self.camera = FakeCamera(self.folder / "fake", PROGRAM)
-        self.camera.play(moving_pictures(320, 240), 50, "YUYV")
+        self.camera.play(moving_images(320, 240), 50, "YUYV")
 
     def see(self, *words, faults=""):
         return self.run_here(*words, env=self.camera.environment(faults))
@@ -64,7 +64,7 @@ class LiveCamera(InFolder):
             self.assertGreater(len(records), 3, address)
             self.assertRegex(seen.err, rf"{address}: {len(records)} ")
         self.assertEqual(len(seen.records), sum(map(len, by_camera.values())), "lines are complete")
-        self.assert_tags(by_camera[VIDEO][0], pictures.SCENE_TAGS)
+        self.assert_tags(by_camera[VIDEO][0], images.SCENE_TAGS)
         for words in ([second, second], [VIDEO, second, "--view"], [VIDEO, "photograph.png"]):
             refused = self.see("detect", *words)
             self.assertEqual(refused.code, 2, refused.err)
@@ -77,7 +77,7 @@ class LiveCamera(InFolder):
         self.assertEqual(seen.code, 0, seen.err)
         self.assertGreater(len(seen.records), 3)  # of 50, on a busy machine
         for record in seen.records:
-            self.assert_tags(record, pictures.SCENE_TAGS)
+            self.assert_tags(record, images.SCENE_TAGS)
             self.assertGreater(record["age_ms"], 14)  # 20 ms from the start of an exposure of 10 ms to the arrival
             self.assertLess(abs(record["stamp_s"] - time.time()), 60)
         posed = self.see("detect", VIDEO, "--camera", "camera.yaml", "--tag-size-m", "0.1", "--duration-s", "0.1")
@@ -85,7 +85,7 @@ class LiveCamera(InFolder):
         self.assertGreater(posed.out.count("tag36h11"), 0)
 
     def test_a_recording_is_closed_by_time_and_by_ctrl_c(self):
-        timed = self.see("convert", VIDEO + ",lock", "timed.mcap", "--duration-s", "0.5", "--pictures", "jpeg", "--json")
+        timed = self.see("convert", VIDEO + ",lock", "timed.mcap", "--duration-s", "0.5", "--record-images", "jpeg", "--json")
         self.assertEqual(timed.code, 0, timed.err)
         process = self.start("convert", VIDEO, "stopped.mcap")
         event.until(lambda: any("stopped.mcap" in path.name for path in self.folder.iterdir()), "it records")  # under another name until it is closed
@@ -98,7 +98,7 @@ class LiveCamera(InFolder):
             self.assertLessEqual(topics, {topic["topic"] for topic in info["topics"]})
             self.assertLess(info["duration_s"], 10)
             self.assertGreater(info["duration_s"], 0.4)
-        self.assertEqual(timed.records[0]["pictures"], timed.records[0]["tags"] / 2)
+        self.assertEqual(timed.records[0]["images"], timed.records[0]["tags"] / 2)
 
     def test_errors_have_hints(self):
         for faults, words in (("denied", "usermod -aG"), ("busy", "/dev/video0")):
@@ -148,8 +148,8 @@ class LiveCamera(InFolder):
         self.assertIn("usermod -aG", denied.out)
 
     def test_doctor_measures_the_printed_size_of_a_tag(self):
-        family, number, x, y, cell = pictures.SCENE_TAGS[0]
-        still = pictures.scene(320, 240, [(family, number, x, y, cell)])
+        family, number, x, y, cell = images.SCENE_TAGS[0]
+        still = images.scene(320, 240, [(family, number, x, y, cell)])
         self.camera.lines = ["card Fake camera"]
         self.camera.play([[bytearray(value - 2 * n if value > 100 else value for value in row) for row in still] for n in range(4)], 50, "YUYV")
         side_px = 8 * cell  # of tag36h11, in a camera of 300 px focal length and its centre at 159.5, 119.5
@@ -163,7 +163,7 @@ class LiveCamera(InFolder):
 
     def test_doctor_reports_missed_map_tags(self):
         tags = ""
-        for family, number, left, top, cell in [*pictures.SCENE_TAGS, ("tag36h11", 3, 40, 120, 6)]:  # the last one is not in the image
+        for family, number, left, top, cell in [*images.SCENE_TAGS, ("tag36h11", 3, 40, 120, 6)]:  # the last one is not in the image
             side_px = 8 * cell  # in a camera of 300 px focal length and its centre at 159.5, 119.5
             ahead = 300 * 0.1 / side_px
             right, down = ((low + side_px / 2 - 0.5 - middle) * ahead / 300 for low, middle in ((left, 159.5), (top, 119.5)))
@@ -182,7 +182,7 @@ class LiveCamera(InFolder):
         self.assertEqual((line["level"], "--camera FILE" in line["command"], none.code), ("fail", True, 1), line)
 
     def test_a_pipeline_is_a_camera(self):
-        pictures.write_pgm(self.folder / "one.pgm", pictures.scene(320, 240, pictures.SCENE_TAGS))
+        images.write_pgm(self.folder / "one.pgm", images.scene(320, 240, images.SCENE_TAGS))
         raw = (self.folder / "one.pgm").read_bytes()[-320 * 240:]
         (self.folder / "frames.raw").write_bytes(raw * 25)
         pipeline = "gstreamer:filesrc location=frames.raw ! rawvideoparse width=320 height=240 format=gray8 framerate=50/1"
@@ -190,13 +190,13 @@ class LiveCamera(InFolder):
         self.assertEqual(seen.code, 0, seen.err)
         self.assertGreater(len(seen.records), 3)
         for record in seen.records:
-            self.assert_tags(record, pictures.SCENE_TAGS)
+            self.assert_tags(record, images.SCENE_TAGS)
 
     def test_another_program_reads_the_same_camera(self):
         """Checks the simulated camera with ffmpeg: it reads the frames of the test."""
         read = subprocess.run([program("ffmpeg", "ffmpeg"), "-v", "error", "-f", "v4l2", "-i", "/dev/video0", "-frames:v", "3", "-f", "rawvideo", "-"],
                               env=self.camera.environment(), capture_output=True, timeout=60, check=True)
-        rows = pictures.scene(320, 240, pictures.SCENE_TAGS)
+        rows = images.scene(320, 240, images.SCENE_TAGS)
         self.assertEqual(read.stdout[:640:2], bytes(rows[0]))
         self.assertEqual(len(read.stdout), 3 * 2 * 320 * 240)
 
@@ -228,7 +228,7 @@ for i in range(10**6):
         return process.communicate("quit\n", timeout=60)
 
     def test_the_selected_detector_detects_the_family_of_the_anchor(self):
-        still = pictures.scene(640, 480, [("tag16h5", 3, 180, 90, 10)])
+        still = images.scene(640, 480, [("tag16h5", 3, 180, 90, 10)])
         frames = [[bytearray(value - 2 * n if value > 100 else value for value in row) for row in still] for n in range(4)]
         words = self.session(frames, "--anchor", "tag16h5:3", "--detector", "waymark")
         (lap,) = (self.folder / "session").glob("*.mcap")
@@ -236,7 +236,7 @@ for i in range(10**6):
         self.assertIn("tag16h5:3", seen.out, words)
 
     def test_a_camera_of_this_computer_replaces_the_detections_of_the_robot(self):
-        words = self.session(moving_pictures(640, 480), "--anchor", "7")
+        words = self.session(moving_images(640, 480), "--anchor", "7")
         laps = list((self.folder / "session").glob("*.mcap"))
         self.assertTrue(laps, words)
         topics = {topic["topic"]: topic for topic in self.run_here("info", str(laps[0]), "--json").records[0]["topics"]}

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 
-import pictures
+import images
 from fake_camera import FakeCamera
 from harness import PROGRAM, InFolder, program, rest_of, unittest
 from laps import LAP_OF_SQUARE, MAP_OF_SQUARE, WithMap, made, put
@@ -132,8 +132,8 @@ class Camera(InFolder):
     def write_map(self):
         # The map of the drawn squares, in the frame of a body that looks along x. Focal length 300 px, principal point (159.5, 119.5).
         tags = ""
-        for family, number, left, top, cell in pictures.SCENE_TAGS:
-            corners = pictures.corners(family, number, left, top, cell)
+        for family, number, left, top, cell in images.SCENE_TAGS:
+            corners = images.corners(family, number, left, top, cell)
             side_px = corners[2] - corners[0]
             ahead = 300 * 0.1 / side_px
             right, down = ((low + side_px / 2 - middle) * ahead / 300 for low, middle in ((left, 159.5), (top, 119.5)))
@@ -143,7 +143,7 @@ class Camera(InFolder):
 
     def test_the_pose_of_a_video_matches_its_tags(self):
         self.write_map()
-        pictures.write_pgm(self.folder / "photograph.pgm", pictures.scene(320, 240, pictures.SCENE_TAGS))
+        images.write_pgm(self.folder / "photograph.pgm", images.scene(320, 240, images.SCENE_TAGS))
         subprocess.run([program("ffmpeg", "ffmpeg"), "-v", "error", "-i", "photograph.pgm", "-pix_fmt", "yuv420p", "-c:v", "mpeg4", "-q:v", "1", "walk.mp4"], cwd=self.folder, check=True)
         asked = ["localize", "walk.mp4", "--map", "map.yaml", "--camera", "camera.yaml"]
         seen = self.run_here(*asked, "--json", "-o", "walk.tum")
@@ -166,7 +166,7 @@ class Camera(InFolder):
 
     def test_the_pose_of_a_live_camera_matches_its_tags(self):
         fake = FakeCamera(self.folder / "fake", PROGRAM)
-        still = pictures.scene(320, 240, pictures.SCENE_TAGS)
+        still = images.scene(320, 240, images.SCENE_TAGS)
         fake.play([[bytearray(value - 2 * n if value > 100 else value for value in row) for row in still] for n in range(4)], 50, "YUYV")
         self.write_map()
         seen = self.run_here("localize", "v4l2:/dev/video0", "--camera", "camera.yaml", "--map", "map.yaml", "--duration-s", "1", "--every-s",

@@ -11,7 +11,7 @@ import shutil
 import unittest
 import xml.etree.ElementTree
 
-import pictures
+import images
 from laps import MAP, MAP_KEYS, OTHER_LAP, WithLap, made, put
 import golden_page
 
@@ -182,7 +182,7 @@ class Map(WithLap):
         self.assertEqual((self.folder / "same/map.yaml").read_bytes(), (made(*MAP) / "map/map.yaml").read_bytes())
 
     def test_the_lap_of_a_robot_is_no_video(self):
-        (self.folder / "camera.yaml").write_text(pictures.CAMERA)
+        (self.folder / "camera.yaml").write_text(images.CAMERA)
         for words in (["map", "lap.mcap", "-o", "m", "--camera", "camera.yaml", "--tag-size-m", "0.16"], ["map", "video", "lap.mcap", "-o", "m"]):
             outcome = self.run_here(*words)
             self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)

@@ -54,7 +54,7 @@ class Info(WithLap):
         (topic,) = info["topics"]
         self.assertEqual((topic["gaps"], topic["dropped"], topic["messages"]), (2, 21, 79))
         self.assertAlmostEqual(topic["longest_interval_s"], 1.05, places=6)
-        self.assertEqual(info["contents"], ["pictures"])
+        self.assertEqual(info["contents"], ["images"])
         self.assertIn("waymark detect gaps.mcap", [step["command"] for step in info["next"]])
         words = self.run_here("info", "gaps.mcap").out
         self.assertRegex(words, r"\b21 .* 2 .* 1\.05 s")
@@ -240,7 +240,7 @@ class FullDisk(InFolder):
         self.assertGreater(whole["duration_s"], 5)
 
 
-class Pictures(InFolder):
+class Images(InFolder):
     def setUp(self):
         super().setUp()
         image = (self.folder / "photograph.png").read_bytes()
@@ -273,10 +273,10 @@ class Pictures(InFolder):
         topics = "/image_raw/compressed,/camera_info,/tf_static,/odom"
         self.assertEqual(self.run_here("convert", "all.mcap", "images.mcap", "--topics", topics).code, 0)
         (info,) = self.run_here("info", "--json", "images.mcap").records
-        self.assertEqual(set(info["contents"]), {"pictures", "odometry"})
+        self.assertEqual(set(info["contents"]), {"images", "odometry"})
         self.assertIn("waymark map images.mcap -o map", [step["command"] for step in info["next"]])
         maps = {}
-        for name, words in (("as recorded", ("all.mcap",)), ("pictures", ("images.mcap",)),
+        for name, words in (("as recorded", ("all.mcap",)), ("images", ("images.mcap",)),
                             ("again", ("all.mcap", "--detector", "waymark")),
                             ("coarse", ("images.mcap", "--detector", "apriltag3", "--quad-decimate", 3))):
             outcome = self.run_here("map", *words, "-o", name, "--json")
@@ -284,8 +284,8 @@ class Pictures(InFolder):
             (maps[name],) = outcome.records
             self.assertEqual(maps[name]["tags"], 3)
         # The recorded tags were detected in the images before JPEG compression.
-        self.assertAlmostEqual(maps["pictures"]["reprojection_rms_px"], maps["as recorded"]["reprojection_rms_px"], delta=0.1)
-        self.assertNotEqual(maps["coarse"]["reprojection_rms_px"], maps["pictures"]["reprojection_rms_px"])
+        self.assertAlmostEqual(maps["images"]["reprojection_rms_px"], maps["as recorded"]["reprojection_rms_px"], delta=0.1)
+        self.assertNotEqual(maps["coarse"]["reprojection_rms_px"], maps["images"]["reprojection_rms_px"])
         outcome = self.run_here("map", "images.mcap", "--family", "tag16h5", "-o", "none")
         self.assertEqual(outcome.code, 1)
         self.assertFalse((self.folder / "none").exists())

@@ -16,7 +16,7 @@ import sys
 import tempfile
 import unittest
 
-import pictures
+import images
 from calibrate_test import board
 from harness import PROGRAM, waymark
 
@@ -167,8 +167,8 @@ class RoundTrip(unittest.TestCase):
         (cls.folder / "ring.csv").write_text("x,y\n" + "".join(f"{x:.4f},{y:.4f}\n" for x, y in RING))
         (cls.folder / "backs_up.py").write_text(BACKS_UP)
         (cls.folder / "tags.jsonl").write_text(board())
-        pictures.write_png(cls.folder / "photograph.png", pictures.scene(640, 480, pictures.SCENE_TAGS))
-        (cls.folder / "truth.csv").write_text(pictures.truth_csv({"photograph": pictures.SCENE_TAGS}))
+        images.write_png(cls.folder / "photograph.png", images.scene(640, 480, images.SCENE_TAGS))
+        (cls.folder / "truth.csv").write_text(images.truth_csv({"photograph": images.SCENE_TAGS}))
         cls.given = cls.files()
         cls.count = 0
         cls.not_written = [failed for _, file, command in WRITTEN if command for failed in cls.run_line(command, file)]

@@ -47,13 +47,13 @@ class Samples(InFolder):
         self.assertFalse(pathlib.Path(f"{self.made}.part").exists())
 
     def test_detected_corners_agree_with_the_ground_truth(self):
-        truth = json.loads((self.made / "pictures/truth.json").read_text())
-        found = self.run_here("detect", "--json", self.made / "pictures").records
+        truth = json.loads((self.made / "images/truth.json").read_text())
+        found = self.run_here("detect", "--json", self.made / "images").records
         self.assertEqual(len(found), 6)
-        for picture in found:
-            right = {tag["tag"]: tag["corners_px"] for tag in truth[pathlib.Path(picture["image"]).name]}
-            self.assertEqual({d["tag"] for d in picture["detections"]}, set(right))
-            for seen in picture["detections"]:
+        for image in found:
+            right = {tag["tag"]: tag["corners_px"] for tag in truth[pathlib.Path(image["image"]).name]}
+            self.assertEqual({d["tag"] for d in image["detections"]}, set(right))
+            for seen in image["detections"]:
                 apart = [abs(a - b) for s, t in zip(seen["corners_px"], right[seen["tag"]]) for a, b in zip(s, t)]
                 self.assertLess(max(apart), 0.5, seen["tag"])
 

@@ -14,7 +14,7 @@ import termios
 import time
 import unittest
 
-import pictures
+import images
 from harness import PROGRAM, InFolder, event, rest_of
 from laps import LAP_OF_SQUARE, MAP_OF_SQUARE, made
 import golden_page
@@ -193,8 +193,8 @@ class PipesAndSignals(InFolder):
 
     def setUp(self):
         super().setUp()
-        rows = pictures.scene(640, 480, pictures.SCENE_TAGS)
-        pictures.write_pgm(self.folder / "one.pgm", rows)
+        rows = images.scene(640, 480, images.SCENE_TAGS)
+        images.write_pgm(self.folder / "one.pgm", rows)
         (self.folder / "many").mkdir()
         for number in range(self.COPIES):
             (self.folder / f"many/{number:03}.pgm").symlink_to("../one.pgm")

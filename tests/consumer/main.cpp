@@ -1,4 +1,4 @@
-// A stranger's program: an empty picture has no tags in it, and a misspelt family is answered with words.
+// A stranger's program: an empty image has no tags in it, and a misspelt family is answered with words.
 #include <cstdio>
 
 #include <waymark/image/image.hpp>

@@ -19,7 +19,7 @@ import unittest
 PROGRAM, ROOT, LAP = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
 sys.path[:0] = [str(ROOT / "tests/cli"), str(ROOT / "tests/devices")]
 import pad
-import pictures
+import images
 
 CAMERA, OUTPUT = "/dev/video0", "/dev/video1"
 WIDTH, HEIGHT = 640, 480
@@ -65,7 +65,7 @@ class Camera(Devices):
 
     def feed(self, fourcc):
         """Plays an image with tags on the output of vivid."""
-        rows = pictures.scene(WIDTH, HEIGHT, TAGS)
+        rows = images.scene(WIDTH, HEIGHT, TAGS)
         frame = b"".join(bytes(row) if fourcc == "GREY" else bytes(part for value in row for part in (value, 128)) for row in rows)
         (self.folder / "frames").write_bytes(frame * 4)
         self.connect(fourcc)
@@ -93,7 +93,7 @@ class Camera(Devices):
         steps = [b - a for a, b in zip(stamps, stamps[1:])]
         self.assertGreater(min(steps), 0)
         self.assertLess(abs(stamps[-1] - time.time()), 60, "times since 1970, although vivid uses the steady clock")
-        print(f"vivid's own pattern: {len(records)} pictures in {stamps[-1] - stamps[0]:.2f} s, smallest step {1e3 * min(steps):.1f} ms", flush=True)
+        print(f"vivid's own pattern: {len(records)} images in {stamps[-1] - stamps[0]:.2f} s, smallest step {1e3 * min(steps):.1f} ms", flush=True)
 
     def tags_through(self, fourcc):
         self.feed(fourcc)
@@ -110,7 +110,7 @@ class Camera(Devices):
                 true = [(x, y), (x + side, y), (x + side, y + side), (x, y + side)]
                 worst = max(worst, *(abs(a - b) for corner, at in zip(found["corners_px"], true) for a, b in zip(corner, at)))
         self.assertLess(worst, 0.2, "px")
-        print(f"{fourcc}: {len(seen)} of {len(records)} pictures with both tags, corners within {worst:.3f} px", flush=True)
+        print(f"{fourcc}: {len(seen)} of {len(records)} images with both tags, corners within {worst:.3f} px", flush=True)
 
     def test_3_tags_keep_their_corners_through_the_driver_as_grey(self):
         self.tags_through("GREY")
@@ -145,7 +145,7 @@ class Camera(Devices):
 
     def test_7_waits_for_an_unplugged_camera(self):
         process = self.start("detect", f"v4l2:{CAMERA}", "--json")
-        self.assertTrue(process.stdout.readline(), "no picture before the plug is pulled")
+        self.assertTrue(process.stdout.readline(), "no image before the plug is pulled")
         (DRIVER / "unbind").write_text("vivid.0")
         time.sleep(4)
         (DRIVER / "bind").write_text("vivid.0")

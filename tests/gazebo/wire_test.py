@@ -108,9 +108,9 @@ class Peer(Wire):
             self.assertIn(f", ignition.msgs.{kind}\n", self.ask(PEER, "-i", "-t", topic).stdout)
         listing = self.ask(PROGRAM, "gazebo", "topics")
         self.assertEqual(listing.stdout.splitlines(), [f"{topic} [ignition.msgs.{kind}]" for topic, kind in sorted(expected.items())])
-        picture = self.ask(PEER, "-e", "-n", 1, "-t", "/camera").stdout
-        self.assertIn("width: 640\nheight: 480\nstep: 1920\n", picture)
-        self.assertIn("pixel_format_type: RGB_INT8\n", picture)
+        image = self.ask(PEER, "-e", "-n", 1, "-t", "/camera").stdout
+        self.assertIn("width: 640\nheight: 480\nstep: 1920\n", image)
+        self.assertIn("pixel_format_type: RGB_INT8\n", image)
 
     def test_reads_messages_of_another_program(self):
         robot, lines = self.robot()

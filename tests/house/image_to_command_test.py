@@ -23,7 +23,7 @@ def defines(text, function):
     return re.search(r"^[A-Za-z][^;=\n]*\b%s\(" % re.escape(function), text, re.MULTILINE) is not None
 
 
-class PictureToCommand(unittest.TestCase):
+class ImageToCommand(unittest.TestCase):
     def setUp(self):
         self.rows = path_rows((ROOT / "docs/architecture.md").read_text(encoding="utf-8"))
 

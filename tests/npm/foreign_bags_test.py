@@ -194,20 +194,20 @@ class ForeignBags(unittest.TestCase):
         self.assert_maps_and_localises(bag)
         self.assertFalse([p for p in self.folder.iterdir() if p.name.endswith(("-shm", "-wal"))])
 
-    def test_compressed_pictures(self):
+    def test_compressed_images(self):
         (self.folder / "line.yaml").write_text(LINE)
-        run("teach", "--world", "line.yaml", "--seed", 1, "--images", "--record-images", "jpeg", "-o", "pictures.mcap", cwd=self.folder)
-        run("convert", "pictures.mcap", "pictures-only.mcap", "--topics", "/image_raw/compressed,/odom,/camera_info,/tf_static", cwd=self.folder)
+        run("teach", "--world", "line.yaml", "--seed", 1, "--images", "--record-images", "jpeg", "-o", "images.mcap", cwd=self.folder)
+        run("convert", "images.mcap", "images-only.mcap", "--topics", "/image_raw/compressed,/odom,/camera_info,/tf_static", cwd=self.folder)
 
-        def pictures(description):
+        def images(description):
             del description["topics"]["/tag_detections"]
             description["topics"]["/image_raw/compressed"] = "/camera/color/image_raw/compressed"
-        bag = self.rewrite("limo", change=pictures, lap="pictures.mcap")
+        bag = self.rewrite("limo", change=images, lap="images.mcap")
         info = json.loads(run("info", "--json", bag, cwd=self.folder).stdout)
         self.assertIn("sensor_msgs/msg/CompressedImage", {topic["type"] for topic in info["topics"]})
-        run("map", "pictures-only.mcap", "-o", "from-pictures", *self.how, cwd=self.folder)
+        run("map", "images-only.mcap", "-o", "from-images", *self.how, cwd=self.folder)
         run("map", bag, "-o", "from-packed", *self.how, cwd=self.folder)
-        moved = farthest(tags_of(self.folder / "from-pictures/map.yaml"), tags_of(self.folder / "from-packed/map.yaml"))
+        moved = farthest(tags_of(self.folder / "from-images/map.yaml"), tags_of(self.folder / "from-packed/map.yaml"))
         self.assertLess(moved, SAME_M)
 
     def fails(self, name, change, *flags):

@@ -37,7 +37,7 @@ const meaning = {
   "nav_msgs/msg/Odometry": (m) => check(m.header.frame_id === "odom" && m.child_frame_id === "base_link", "frames of odometry"),
   "sensor_msgs/msg/JointState": (m) => check(m.name.length === 2 && m.position.length === 2, "two wheels"),
   "tf2_msgs/msg/TFMessage": (m) => check(m.transforms[0].child_frame_id === "camera_optical", "the camera's place"),
-  "sensor_msgs/msg/Image": (m) => check(m.encoding === "mono8" && m.data.length === m.step * m.height, "a grey picture"),
+  "sensor_msgs/msg/Image": (m) => check(m.encoding === "mono8" && m.data.length === m.step * m.height, "a grey image"),
   "sensor_msgs/msg/CompressedImage": (m) => check(m.format === "png" && m.data[1] === 0x50, "a PNG"),
   "sensor_msgs/msg/LaserScan": (m) => {
     const last = m.angle_min + (m.ranges.length - 1) * m.angle_increment;

@@ -102,7 +102,7 @@ class Numbers(unittest.TestCase):
         scores = []
         for seed in range(FIRST_SEED, FIRST_SEED + ONE_SIDED_DRIVES):
             with tempfile.TemporaryDirectory() as folder:
-                found, _ = calibrated(seed, "lap", pathlib.Path(folder), "--one-sided", "--picture-rate-hz", ONE_SIDED_RATE_HZ)
+                found, _ = calibrated(seed, "lap", pathlib.Path(folder), "--one-sided", "--image-rate-hz", ONE_SIDED_RATE_HZ)
             if "yaw_scale" in found:
                 error, sigma = found["yaw_scale"]
                 scores.append(error / sigma)

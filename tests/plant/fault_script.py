@@ -4,8 +4,8 @@ import math
 
 KINDS = {
     "stuck_feed": "the last scene comes again and again with fresh noise",
-    "camera_unplugged": "no pictures",
-    "dark": "pictures without light",
+    "camera_unplugged": "no images",
+    "dark": "images without light",
     "held": "the robot is held, its wheels turn",
     "blocked": "the wheels do not turn",
     "spinning": "the wheels turn and find hardly any grip",
@@ -14,7 +14,7 @@ KINDS = {
     "encoder_stuck": "the encoders stand still",
     "gyro_stuck": "the gyro repeats its last value",
     "clock_jump": "all stamps go on by half a second",
-    "latency": "pictures come 0.3 s later and are stamped when they come",
+    "latency": "images come 0.3 s later and are stamped when they come",
     "gain_step": "another floor: the robot turns by 30 %% less",
 }
 

@@ -17,7 +17,7 @@ import numpy as np
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import course
 from corner_camera import CornerOptions
-from picture_camera import PictureOptions
+from image_camera import ImageOptions
 from waymark_runs import Place
 
 PROGRAM = ""
@@ -41,9 +41,9 @@ class FromRecording(unittest.TestCase):
             place = Place(PROGRAM, pathlib.Path(folder))
             self.assertEqual(place.teach_fast(["--plant", "mujoco", "--camera", "corners", "--seed", "1"]).code, 0)
             self.assertEqual(place.map().code, 0)
-            pictures = ["--record-images", "raw"] if camera == "pictures" else []
+            images = ["--record-images", "raw"] if camera == "images" else []
             drive = place.replay(["--plant", "mujoco", "--camera", camera, "--seed", "2", "--latency-s", str(LATENCY_S)], "-o", "drive.mcap",
-                                 *pictures)
+                                 *images)
             self.assertEqual(drive.code, 0, drive.err)
             mapped = place.waymark("map", "drive.mcap", "-o", "drive", "--anchor", str(course.ANCHOR), "--tag-size-m", str(course.TAG_SIZE_M))
             self.assertEqual(mapped.code, 0, mapped.err)
@@ -66,10 +66,10 @@ class FromRecording(unittest.TestCase):
         self.near(found["simulation.dynamics.turn_gain"], TURN_RESPONSE, "response to turns")
 
     @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "a minute: with WAYMARK_FULL=1")
-    def test_pictures(self) -> None:
-        found = self.quantities("pictures")
+    def test_images(self) -> None:
+        found = self.quantities("images")
         print(json.dumps(found))
-        self.near(found["camera.exposure_ms"], 1e3 * PictureOptions().exposure_s, "exposure")
+        self.near(found["camera.exposure_ms"], 1e3 * ImageOptions().exposure_s, "exposure")
         self.near(found["image_latency_s"], LATENCY_S, "latency")
 
 

@@ -57,7 +57,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--imu-gap", type=float, nargs=2, action="append", default=[], metavar=("AT_S", "FOR_S"),
                         help="the table of the gyro has nothing meanwhile")
     parser.add_argument("--no-imu", action="store_true", help="without the table of the gyro")
-    parser.add_argument("--picture-rate-hz", type=float, default=15)
+    parser.add_argument("--image-rate-hz", type=float, default=15)
     parser.add_argument("--laps", type=float, default=1.0)
     parser.add_argument("--speeds", type=float, nargs="+", default=[0.3], metavar="M_S", help="of the drive, one after the other, ten seconds each")
     return parser.parse_args()
@@ -114,7 +114,7 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
         "imu": ["t_ns,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,accel_x_m_s2,accel_y_m_s2,accel_z_m_s2"],
         "ranges" if args.coarse else "detections": ["t_ns,landmark,range_m,bearing_rad"] if args.coarse else [
             "t_ns,camera,tag,tl_x_px,tl_y_px,tr_x_px,tr_y_px,br_x_px,br_y_px,bl_x_px,bl_y_px,hamming,decision_margin"]}
-    command, next_picture_s, ticks = (0.0, 0.0), 0.1, 0
+    command, next_image_s, ticks = (0.0, 0.0), 0.1, 0
     while not (teacher.done or ticks * TICK_S > 110 * args.laps):
         ticks += 1
         now = ticks * TICK_S
@@ -130,8 +130,8 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
             tables["odometry"].append(row(now, *sensing.odometry(motion, 4 * TICK_S).values()))
             tables["truth"].append(row(now, motion.x_m, motion.y_m, frames.wrap(motion.yaw_rad), 1))
             command = teacher.command(motion.x_m, motion.y_m, motion.yaw_rad, motion.yaw_rate_rad_s, 4 * TICK_S)
-        if now >= next_picture_s:
-            next_picture_s += 1 / args.picture_rate_hz
+        if now >= next_image_s:
+            next_image_s += 1 / args.image_rate_hz
             seen = looking.look(frames.inverse(base_pose(motion) @ camera.base_T_camera()))
             if args.coarse:
                 tables["ranges"] += ranges(motion, [tag for tag in tags if f"tag36h11:{tag.number}" in {s["tag"] for s in seen}], now, coarse)

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """One lap on a plant that shares no code with Waymark's simulator: teach, map, replay, compared with the ground truth of the plant.
 
-    tests/plant/lap_test.py build/check/bin/waymark --plant mujoco --camera pictures
+    tests/plant/lap_test.py build/check/bin/waymark --plant mujoco --camera images
 
 Options that are not listed go to robot.py, as --lean-deg, --mounting, --tags and --no-imu.
 """
@@ -71,7 +71,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", help="the program waymark")
     parser.add_argument("--plant", choices=["kinematic", "mujoco"], default="mujoco")
-    parser.add_argument("--camera", choices=["corners", "pictures"], default="pictures")
+    parser.add_argument("--camera", choices=["corners", "images"], default="images")
     parser.add_argument("--odometry", choices=["gyro", "wheels"], default="gyro")
     parser.add_argument("--turn-gain", type=float, default=0.6, help="of the kinematic plant")
     parser.add_argument("--speed-m-s", type=float, default=0.25, help="of the replay")

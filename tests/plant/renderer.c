@@ -47,8 +47,8 @@ static float room(const double* pose, float x, float y) {
   }
   const float along = hit < 2 ? py : px;
   const float skirting = pz < 0.08f ? -0.2f : 0.f;
-  const float picture = pz > 1.1f && pz < 1.7f && fmodf(along + 20.f, 1.9f) < 0.6f ? -0.25f : 0.f;
-  return 0.42f + skirting + picture + 0.04f * hash((int)floorf(along / 0.3f), (int)floorf(pz / 0.3f), hit);
+  const float poster = pz > 1.1f && pz < 1.7f && fmodf(along + 20.f, 1.9f) < 0.6f ? -0.25f : 0.f;
+  return 0.42f + skirting + poster + 0.04f * hash((int)floorf(along / 0.3f), (int)floorf(pz / 0.3f), hit);
 }
 
 // Homography from a ray (x, y, 1) of the camera to the plane of the tag, in cells from its paper's corner.
@@ -99,7 +99,7 @@ static int box_of(const double* pose, const double* tag, double size, const doub
   return box[0] <= box[2] && box[1] <= box[3];
 }
 
-static void draw_tag(float* picture, const double* poses, int n, const double* tag, double size, const uint8_t* cells, const double* lens,
+static void draw_tag(float* image, const double* poses, int n, const double* tag, double size, const uint8_t* cells, const double* lens,
                      const float* rays, const Look* look, uint64_t* random) {
   int box[4] = {kWidth, kHeight, -1, -1};
   const int seen = box_of(poses, tag, size, lens, box), still = box_of(poses + 12 * (n - 1), tag, size, lens, box);
@@ -128,23 +128,23 @@ static void draw_tag(float* picture, const double* poses, int n, const double* t
         ++covered;
         light += cells[(int)v * kCells + (int)u] ? 0.80f : 0.045f;
       }
-      float* pixel = picture + row * kWidth + column;
+      float* pixel = image + row * kWidth + column;
       *pixel = (light + (kGrid * kGrid - covered) * *pixel) / (kGrid * kGrid);
     }
   }
 }
 
-static void blur(float* picture, float side) {  // one pass each way of (side, 1 - 2 side, side)
+static void blur(float* image, float side) {  // one pass each way of (side, 1 - 2 side, side)
   static float line[kWidth > kHeight ? kWidth : kHeight];
   for (int row = 0; row < kHeight; ++row) {
-    float* p = picture + row * kWidth;
+    float* p = image + row * kWidth;
     memcpy(line, p, sizeof(float) * kWidth);
     for (int i = 1; i < kWidth - 1; ++i) p[i] = (1 - 2 * side) * line[i] + side * (line[i - 1] + line[i + 1]);
   }
   static float above[kWidth], here[kWidth];
-  memcpy(above, picture, sizeof above);
+  memcpy(above, image, sizeof above);
   for (int row = 1; row < kHeight - 1; ++row) {
-    float* p = picture + row * kWidth;
+    float* p = image + row * kWidth;
     memcpy(here, p, sizeof here);
     for (int i = 0; i < kWidth; ++i) p[i] = (1 - 2 * side) * here[i] + side * (above[i] + p[i + kWidth]);
     memcpy(above, here, sizeof above);
@@ -152,7 +152,7 @@ static void blur(float* picture, float side) {  // one pass each way of (side, 1
 }
 
 // Exposure, noise, gamma, sharpening, eight bits.
-static void develop(const float* picture, const Look* look, uint64_t* random, uint8_t* out) {
+static void develop(const float* image, const Look* look, uint64_t* random, uint8_t* out) {
   static float normals[kNormals], gamma_of[kGamma + 1], shown[kWidth * kHeight];
   if (normals[0] == 0 && normals[1] == 0) {
     uint64_t state = 88172645463325252ull;
@@ -164,12 +164,12 @@ static void develop(const float* picture, const Look* look, uint64_t* random, ui
     for (int i = 0; i <= kGamma; ++i) gamma_of[i] = 255.f * powf((float)i / kGamma, 1 / 2.2f);
   }
   double mean = 0;
-  for (int i = 0; i < kWidth * kHeight; i += 16) mean += picture[i];
+  for (int i = 0; i < kWidth * kHeight; i += 16) mean += image[i];
   mean /= kWidth * kHeight / 16.0;
   const float gain = look->dark ? 0.f : (float)look->gain, veil = (float)(look->veil * mean);
   const float shot = (float)look->shot, read = (float)(look->read * look->read);
   for (int i = 0; i < kWidth * kHeight; ++i) {
-    const float signal = gain * (picture[i] + veil);
+    const float signal = gain * (image[i] + veil);
     const float noisy = signal + sqrtf(read + shot * signal) * normals[next_random(random) & (kNormals - 1)];
     shown[i] = gamma_of[(int)(kGamma * fminf(1, fmaxf(0, noisy)))];
   }
@@ -188,7 +188,7 @@ static void develop(const float* picture, const Look* look, uint64_t* random, ui
 // numbers each (world_T_tag). rays: (kHeight + 1) x (kWidth + 1) x 2, x / z and y / z of the corners of the pixels.
 void render(const double* poses, int n, const double* tags, const double* sizes, const uint8_t* bitmaps, int tag_count, const double* lens,
             const float* rays, const Look* look, uint64_t seed, uint8_t* out) {
-  static float picture[kWidth * kHeight];
+  static float image[kWidth * kHeight];
   uint64_t random = seed * 2862933555777941757ull + 3037000493ull;
   const double window = look->exposure_s + look->readout_s;
   for (int row = 0; row < kHeight; row += 2) {
@@ -197,7 +197,7 @@ void render(const double* poses, int n, const double* tags, const double* sizes,
     for (int column = 0; column < kWidth; column += 2) {
       const float* ray = rays + 2 * ((row + 1) * (kWidth + 1) + column + 1);
       const float light = room(pose, ray[0], ray[1]);
-      float* p = picture + row * kWidth + column;
+      float* p = image + row * kWidth + column;
       p[0] = p[1] = p[kWidth] = p[kWidth + 1] = light;
     }
   }
@@ -213,7 +213,7 @@ void render(const double* poses, int n, const double* tags, const double* sizes,
     far[place] = square, order[place] = i;
   }
   for (int i = 0; i < tag_count; ++i)
-    draw_tag(picture, poses, n, tags + 12 * order[i], sizes[order[i]], bitmaps + kCells * kCells * order[i], lens, rays, look, &random);
-  blur(picture, 0.12f);
-  develop(picture, look, &random, out);
+    draw_tag(image, poses, n, tags + 12 * order[i], sizes[order[i]], bitmaps + kCells * kCells * order[i], lens, rays, look, &random);
+  blur(image, 0.12f);
+  develop(image, look, &random, out);
 }

@@ -34,15 +34,15 @@ TRUTH_HEADER = "t_s,x_m,y_m,yaw_rad,speed_command_m_s,yaw_rate_command_rad_s\n"
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--plant", choices=["kinematic", "mujoco"], default="kinematic")
-    parser.add_argument("--camera", choices=["corners", "pictures"], default="corners")
+    parser.add_argument("--camera", choices=["corners", "images"], default="corners")
     parser.add_argument("--odometry", choices=["gyro", "wheels"], default="gyro", help="what the driver takes turning from")
     parser.add_argument("--no-imu", action="store_true", help="send no imu lines")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--turn-gain", type=float, default=0.6, help="kinematic plant: share of the asked yaw rate that it turns")
     parser.add_argument("--sag", type=float, default=0.10, help="share of speed lost as the battery empties")
     parser.add_argument("--gain-step", metavar="FACTOR@T_S", help="kinematic plant: multiply the yaw gain by FACTOR from then on")
-    parser.add_argument("--latency-s", type=float, default=0.05, help="pictures come so long after their exposure")
-    parser.add_argument("--late-stamps-s", type=float, default=0.0, help="pictures are stamped so long after their exposure")
+    parser.add_argument("--latency-s", type=float, default=0.05, help="images come so long after their exposure")
+    parser.add_argument("--late-stamps-s", type=float, default=0.0, help="images are stamped so long after their exposure")
     parser.add_argument("--tags", type=int, default=course.TAGS, metavar="COUNT", help="number of tags on the course, from 3 to 24")
     parser.add_argument("--line", type=pathlib.Path, metavar="FILE", help="the course is a recorded line (s, x, y, theta, curvature) with tags around")
     parser.add_argument("--lean-deg", type=float, default=0.0, help="how far the anchor leans back")
@@ -79,8 +79,8 @@ class Robot:
         self.teacher = Teacher(args.teach, args.seed) if args.teach else None
         self.command = (0.0, 0.0)
         self.history: collections.deque[tuple[float, Motion]] = collections.deque(maxlen=200)
-        self.pictures: collections.deque[tuple[float, float]] = collections.deque()  # time of arrival, middle of the exposure
-        self.next_picture_s = 0.1
+        self.images: collections.deque[tuple[float, float]] = collections.deque()  # time of arrival, middle of the exposure
+        self.next_image_s = 0.1
         self.frozen: list[Motion] | None = None
         self.truth = open(args.truth, "w") if args.truth else None
         if self.truth:
@@ -124,12 +124,12 @@ class Robot:
 
     def look(self) -> None:
         """Takes an image at its time, and sends it after its latency."""
-        if self.time_s >= self.next_picture_s:
+        if self.time_s >= self.next_image_s:
             late = self.args.latency_s + (0.3 if self.active("latency") else 0.0)
-            self.pictures.append((self.time_s + late, self.time_s))
-            self.next_picture_s += 1 / CAMERA_HZ
-        while self.pictures and self.pictures[0][0] <= self.time_s:
-            _, exposed_s = self.pictures.popleft()
+            self.images.append((self.time_s + late, self.time_s))
+            self.next_image_s += 1 / CAMERA_HZ
+        while self.images and self.images[0][0] <= self.time_s:
+            _, exposed_s = self.images.popleft()
             if self.active("camera_unplugged"):
                 continue
             stamp_s = exposed_s + self.args.late_stamps_s + (0.3 if self.active("latency") else 0.0)
@@ -201,9 +201,9 @@ def make_plant(args: argparse.Namespace) -> Plant:
 
 
 def make_camera(args: argparse.Namespace, model: body.Camera, tags: tuple[course.Tag, ...]):
-    if args.camera == "pictures":
-        import picture_camera
-        return picture_camera.PictureCamera(model, tags, args.seed)
+    if args.camera == "images":
+        import image_camera
+        return image_camera.ImageCamera(model, tags, args.seed)
     return CornerSource(corner_camera.CornerCamera(model, tags, corner_camera.CornerOptions(), args.seed), model.base_T_camera())
 
 
@@ -221,7 +221,7 @@ def await_order(step: int) -> tuple[float, float] | None:
 def main() -> None:
     args = arguments()
     robot = Robot(args)
-    sends = ["odometry", "wheels", "image" if args.camera == "pictures" else "detections"] + ([] if args.no_imu else ["imu"])
+    sends = ["odometry", "wheels", "image" if args.camera == "images" else "detections"] + ([] if args.no_imu else ["imu"])
     print(json.dumps({"type": "hello", "protocol_version": 1, "name": f"plant {args.plant}", "sends": sends, "lockstep": True}), flush=True)
     step = 0
     while robot.time_s < args.limit_s:

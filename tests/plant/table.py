@@ -59,7 +59,7 @@ def replace_table(file: pathlib.Path, lines: list[str], begin: str = BEGIN, end:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", help="the program waymark")
-    parser.add_argument("--camera", choices=["corners", "pictures"], default="pictures")
+    parser.add_argument("--camera", choices=["corners", "images"], default="images")
     parser.add_argument("--speeds", type=float, nargs="+", default=[0.25, 0.5], metavar="M_S", help="of the replays")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--line", metavar="FILE", help="a recorded line instead of the lap, as that of lap_test.py")

@@ -9,7 +9,7 @@ import numpy as np
 import body
 import course
 import frames
-import picture_camera
+import image_camera
 from drive import Motion
 
 RATE_HZ = 30
@@ -60,7 +60,7 @@ def world_T_body(motion: Motion) -> np.ndarray:
     return frames.rigid(frames.roll_pitch_yaw(motion.roll_rad, motion.pitch_rad, motion.yaw_rad), (motion.x_m, motion.y_m, motion.z_m))
 
 
-def film(file: pathlib.Path, walk: Walk, seconds: float, eye: picture_camera.PictureCamera) -> np.ndarray:
+def film(file: pathlib.Path, walk: Walk, seconds: float, eye: image_camera.ImageCamera) -> np.ndarray:
     """Writes an H.264 video; returns world_T_body of each image at the middle of the exposure of its middle row."""
     encoder = subprocess.Popen(["ffmpeg", "-y", "-v", "error", "-f", "rawvideo", "-pix_fmt", "gray", "-s", f"{body.WIDTH_PX}x{body.HEIGHT_PX}", "-r", str(RATE_HZ),
                                 "-i", "-", "-pix_fmt", "yuv420p", "-c:v", "libx264", "-crf", "20", "-preset", "fast", str(file)], stdin=subprocess.PIPE)
@@ -69,7 +69,7 @@ def film(file: pathlib.Path, walk: Walk, seconds: float, eye: picture_camera.Pic
     for number in range(round(seconds * RATE_HZ)):
         time_s = number / RATE_HZ
         motions = [walk.motion(time_s + TICK_S * tick) for tick in range(-ticks, ticks + 1)]
-        encoder.stdin.write(eye.picture(motions, time_s).tobytes())
+        encoder.stdin.write(eye.image(motions, time_s).tobytes())
         poses.append(world_T_body(walk.motion(time_s)))
     encoder.stdin.close()
     if encoder.wait() != 0:

@@ -21,7 +21,7 @@ import frames
 import generate_log
 import judge
 import mcap_poses
-import picture_camera
+import image_camera
 import walk
 
 SECONDS = 30.0
@@ -61,8 +61,8 @@ def walked(program: str, seed: int, seconds: float, folder: pathlib.Path) -> Jud
     rng = np.random.default_rng(seed)
     camera = body.Camera(x_m=0, y_m=0, z_m=0)
     tags = walk.tags(rng)
-    options = picture_camera.PictureOptions()
-    truth = walk.film(folder / "walk.mp4", walk.Walk(rng, SECONDS), seconds, picture_camera.PictureCamera(camera, tags, seed, options))
+    options = image_camera.ImageOptions()
+    truth = walk.film(folder / "walk.mp4", walk.Walk(rng, SECONDS), seconds, image_camera.ImageCamera(camera, tags, seed, options))
     (folder / "camera.yaml").write_text(body.camera_info_yaml(camera))
     (folder / "true.yaml").write_text(true_map(tags))
     common = ("--camera", "camera.yaml", "--readout-ms", str(1000 * options.readout_s))
@@ -96,7 +96,7 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as scratch:
             one = walked(str(pathlib.Path(sys.argv[1]).resolve()), seed, SECONDS if walks else SHORT_S, pathlib.Path(scratch))
         print(f"walk {seed}: {one.tags.count} tags {one.tags.cm()} cm (RMSE, most); {one.poses.count} poses {one.poses.cm()} cm, "
-              f"{np.degrees(one.turn_rad):.2f} degrees, NEES {one.nees:.1f} of 6; {one.unknown} pictures without a pose", flush=True)
+              f"{np.degrees(one.turn_rad):.2f} degrees, NEES {one.nees:.1f} of 6; {one.unknown} images without a pose", flush=True)
         for what in wrong(one, walks > 0):
             print(f"walk {seed}: wrong {what}")
             failed = True

@@ -118,7 +118,7 @@ class Wires(unittest.TestCase):
     @LONG
     def test_gazebo(self):
         self.environment.update(IGN_IP="127.0.0.1", IGN_PARTITION=f"waymark-plant-{os.getpid()}")
-        self.judge("Gazebo's topics", self.lap(["--gazebo", "limo"], lambda _: "gazebo:limo", camera="pictures"))
+        self.judge("Gazebo's topics", self.lap(["--gazebo", "limo"], lambda _: "gazebo:limo", camera="images"))
 
     def refused(self, command: list[str], code: int) -> str:
         done = subprocess.run(command, cwd=self.place.folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False)

@@ -58,8 +58,8 @@ def main():
         robot.wait(60)
         found = latencies_ms(folder / "session" / "lap.mcap")
     if not found:
-        sys.exit("no picture became a command")
-    print(f"{len(found)} pictures in {seconds - 6:.0f} s; exposure to command: median {found[len(found) // 2]:.1f} ms, "
+        sys.exit("no image became a command")
+    print(f"{len(found)} images in {seconds - 6:.0f} s; exposure to command: median {found[len(found) // 2]:.1f} ms, "
           f"p90 {found[len(found) * 9 // 10]:.1f} ms, p99 {found[len(found) * 99 // 100]:.1f} ms, worst {found[-1]:.1f} ms")
 
 

@@ -30,7 +30,7 @@ def log_text(lines):
     return " ".join(line["text"] for line in of_type(lines, "log"))
 
 
-class Pictures(Wire):
+class Images(Wire):
     JPEG = ROOT / "docs/images/camera/jpeg.jpg"
 
     def test_uses_compressed_images_if_only_they_are_published(self):

@@ -46,8 +46,8 @@ class Robot(Wire):
         steps = [round(1e3 * (b["y_m"] - a["y_m"])) for a, b in zip(odometry, odometry[1:])]
         self.assertTrue(all(step >= 1 for step in steps), steps)
         self.assertEqual([line for line in lines if line["type"] == "imu"][0]["angular_velocity_rad_s"], [0, 0, 0.25])
-        picture = pathlib.Path([line for line in lines if line["type"] == "image"][-1]["path"]).read_bytes()
-        header, pixels = picture[: -1920 * 1080], picture[-1920 * 1080:]
+        image = pathlib.Path([line for line in lines if line["type"] == "image"][-1]["path"]).read_bytes()
+        header, pixels = image[: -1920 * 1080], image[-1920 * 1080:]
         self.assertTrue(header.startswith(b"P5") and b"1920 1080" in header, header)
         for k in (0, 1, 1919, 1920, 1_000_000, 1920 * 1080 - 1):
             self.assertEqual(pixels[k], (7 * k + k // 1920) % 256)
@@ -212,7 +212,7 @@ class Simulated(Wire):
         words = recorder.communicate(timeout=60)[0].split()
         seen = dict(zip(words[0:10:2], words[1:10:2]))
         self.assertGreater(int(seen["odometry"]), 50, words)
-        self.assertGreater(int(seen["pictures"]), 3, words)
+        self.assertGreater(int(seen["images"]), 3, words)
         self.assertEqual(seen["width"], "640")
         self.assertEqual((seen["links"], seen["z"]), ("1", "0.180"))
         moved = float(words[11]) ** 2 + float(words[12]) ** 2

@@ -293,11 +293,11 @@ std::vector<TrueTag> scatter(Canvas& canvas, const SizeRange& range, int most, R
 
 constexpr int kTagsPerImage = 22;
 
-TagPicture mixed(Random& random) {
+TagImage mixed(Random& random) {
   Canvas canvas = clutter(random);
-  TagPicture picture;
-  picture.name = "mixed";
-  picture.truth = scatter(canvas, {12, 200, 75}, kTagsPerImage, random, [&] {
+  TagImage photo;
+  photo.name = "mixed";
+  photo.truth = scatter(canvas, {12, 200, 75}, kTagsPerImage, random, [&] {
     Print print;
     const double contrast = random.uniform(50, 150);
     print.black = random.uniform(10, 230 - contrast);
@@ -311,8 +311,8 @@ TagPicture mixed(Random& random) {
   look.noise = random.uniform(1, 6);
   look.motion_px = random.uniform(0, 3);
   look.motion_rad = random.uniform(0, kPi);
-  picture.image = developed(canvas, look, random);
-  return picture;
+  photo.image = developed(canvas, look, random);
+  return photo;
 }
 
 /// Degradation of one image of the set "single", in addition to a blur of 0.6 px and noise of 2 grey levels.
@@ -357,14 +357,14 @@ Print print_of(const Degradation& what, Random& random) {
   return print;
 }
 
-TagPicture single(std::size_t index, Random& random) {
+TagImage single(std::size_t index, Random& random) {
   const Degradation& what = kDegradations.at(index % kDegradations.size());
   const std::string_view kind = what.kind;
   Canvas canvas = clutter(random);
-  TagPicture picture;
-  picture.name = fmt::format("{} {}", what.kind, what.amount);
-  if (what.white > 0) picture.name += fmt::format("-{}", what.white);
-  picture.truth = scatter(canvas, {}, kTagsPerImage, random, [&] { return print_of(what, random); });
+  TagImage photo;
+  photo.name = fmt::format("{} {}", what.kind, what.amount);
+  if (what.white > 0) photo.name += fmt::format("-{}", what.white);
+  photo.truth = scatter(canvas, {}, kTagsPerImage, random, [&] { return print_of(what, random); });
   Look look;
   if (kind == "blur") look.blur_px = what.amount;
   if (kind == "noise") look.noise = what.amount;
@@ -372,15 +372,15 @@ TagPicture single(std::size_t index, Random& random) {
     look.motion_px = what.amount;
     look.motion_rad = random.uniform(0, kPi);
   }
-  picture.image = developed(canvas, look, random);
-  return picture;
+  photo.image = developed(canvas, look, random);
+  return photo;
 }
 
-TagPicture special(std::string_view set, Random& random) {
+TagImage special(std::string_view set, Random& random) {
   Canvas canvas = clutter(random);
-  TagPicture picture;
-  picture.name = std::string(set);
-  picture.truth = scatter(canvas, {24, 120, 55}, kTagsPerImage, random, [&] {
+  TagImage photo;
+  photo.name = std::string(set);
+  photo.truth = scatter(canvas, {24, 120, 55}, kTagsPerImage, random, [&] {
     Print print;
     print.inverted = set == "inverted";
     if (set == "margin") print.margin = 0.25;
@@ -399,15 +399,15 @@ TagPicture special(std::string_view set, Random& random) {
     }
     return print;
   });
-  picture.image = developed(canvas, {}, random);
-  return picture;
+  photo.image = developed(canvas, {}, random);
+  return photo;
 }
 
 /// A board of 6 x 4 tags on one paper, with black squares between the corners.
-TagPicture grid(Random& random) {
+TagImage grid(Random& random) {
   Canvas canvas = clutter(random);
-  TagPicture picture;
-  picture.name = "grid";
+  TagImage photo;
+  photo.name = "grid";
   const double size = random.uniform(26, 70);
   const double tilt = random.uniform(0, 50) * kPi / 180;
   // The plane of the board is that of one large tag; 10 cells per tag: 8 of the tag, 2 of the gap.
@@ -434,11 +434,11 @@ TagPicture grid(Random& random) {
       });
       if (!inside) continue;
       paint(canvas, truth, print);
-      picture.truth.push_back(truth);
+      photo.truth.push_back(truth);
     }
   }
-  picture.image = developed(canvas, {}, random);
-  return picture;
+  photo.image = developed(canvas, {}, random);
+  return photo;
 }
 
 Random stream(std::string_view set, std::size_t index, std::uint64_t seed) {
@@ -455,7 +455,7 @@ const std::vector<TagSet>& tag_sets() {
   return sets;
 }
 
-TagPicture tag_picture(std::string_view set, std::size_t index, std::uint64_t seed) {
+TagImage tag_image(std::string_view set, std::size_t index, std::uint64_t seed) {
   Random random = stream(set, index, seed);
   if (set == "mixed") return mixed(random);
   if (set == "single") return single(index, random);
@@ -463,7 +463,7 @@ TagPicture tag_picture(std::string_view set, std::size_t index, std::uint64_t se
   return special(set, random);
 }
 
-Image tag_free_picture(std::size_t index, std::uint64_t seed) {
+Image tag_free_image(std::size_t index, std::uint64_t seed) {
   Random random = stream("tag free", index, seed);
   Canvas canvas = clutter(random);
   return developed(canvas, {}, random);

@@ -15,7 +15,7 @@
 namespace waymark::testing {
 
 /// One image with its tags.
-struct TagPicture {
+struct TagImage {
   std::string name;  ///< kind of the degradation: "motion 8"
   Image image;
   std::vector<TrueTag> truth;
@@ -34,14 +34,14 @@ inline constexpr std::uint64_t kSecondSetSeed = 7;
 /// - "margin": paper cut a quarter of a cell outside the border; "inverted": white and black swapped.
 struct TagSet {
   std::string_view name;
-  std::size_t pictures = 0;
+  std::size_t images = 0;
 };
 [[nodiscard]] const std::vector<TagSet>& tag_sets();
 
 /// Image number `index` of a set, 1280 x 720 px. The same seed gives the same image.
-[[nodiscard]] TagPicture tag_picture(std::string_view set, std::size_t index, std::uint64_t seed = kSetSeed);
+[[nodiscard]] TagImage tag_image(std::string_view set, std::size_t index, std::uint64_t seed = kSetSeed);
 
 /// Clutter without tags.
-[[nodiscard]] Image tag_free_picture(std::size_t index, std::uint64_t seed = kSetSeed);
+[[nodiscard]] Image tag_free_image(std::size_t index, std::uint64_t seed = kSetSeed);
 
 }  // namespace waymark::testing

@@ -14,7 +14,7 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "cli"))
-import pictures  # noqa: E402
+import images  # noqa: E402
 from fake_camera import FakeCamera  # noqa: E402
 from page_test import SKIPPED, browser_tools  # noqa: E402
 
@@ -34,9 +34,9 @@ def main():
     node, environment = tools
     with tempfile.TemporaryDirectory(prefix="waymark-camera-") as name:
         folder = pathlib.Path(name)
-        pictures.fill(folder)
+        images.fill(folder)
         camera = FakeCamera(folder / "fake", program)
-        camera.play([pictures.scene(320, 240, pictures.SCENE_TAGS)], 30, "YUYV")
+        camera.play([images.scene(320, 240, images.SCENE_TAGS)], 30, "YUYV")
         process = subprocess.Popen([program, "detect", "v4l2:/dev/video0", "--view", "--port", "0", "--camera", "camera.yaml",
                                     "--tag-size-m", "0.1"], cwd=folder, env=camera.environment(), stdin=subprocess.DEVNULL,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -54,7 +54,7 @@ def main():
             raise SystemExit(f"saved {saved}, recorded {recorded}")
         found = subprocess.run([program, "detect", "--json", saved[0]], check=True, capture_output=True, text=True).stdout
         if "tag36h11:42" not in found:
-            raise SystemExit(f"the saved picture contains {found}")
+            raise SystemExit(f"the saved image contains {found}")
         info = subprocess.run([program, "info", "--json", recorded[0]], check=True, capture_output=True, text=True).stdout
         if '"/image_raw/compressed"' not in info or '"/camera_info"' not in info:
             raise SystemExit(f"the recording contains {info}")

@@ -35,10 +35,10 @@ def filmed(folder):
     photos = folder / "photos"
     photos.mkdir()
     boards.photographs(cv2.imread(str(folder / "sheet.png"), cv2.IMREAD_GRAYSCALE), 0.297, VIEWS, photos, np.random.default_rng(11), scale_px=2 / 3)
-    pictures = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted(photos.iterdir())]
+    images = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted(photos.iterdir())]
     camera = FakeCamera(folder / "fake", PROGRAM)
-    (folder / "fake/frames").write_bytes(b"".join(picture.tobytes() * HELD for picture in pictures))
-    height, width = pictures[0].shape
+    (folder / "fake/frames").write_bytes(b"".join(image.tobytes() * HELD for image in images))
+    height, width = images[0].shape
     camera.add_mode("GREY", width, height, 20, "frames")
     return camera, width, height
 
@@ -88,7 +88,7 @@ def main():
         shown = [int(re.search(r"\d+", part["words"]).group()) for part in panel["parts"]]
         expected = corners_by_part(folder, int(panel["facts"].split()[0]), width, height)
         if shown != expected:
-            raise SystemExit(f"the page shows {shown} corners in the parts of the picture, the views have {expected}")
+            raise SystemExit(f"the page shows {shown} corners in the parts of the image, the views have {expected}")
         if not (folder / "calibration.yaml").exists():
             raise SystemExit("the calibration by the views so far was not written")
     return 0

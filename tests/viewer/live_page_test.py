@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """The page of a running robot in a headless Chromium: teach, map and replay with its buttons in simulation, and the camera view.
 
-usage: live_page_test.py PROGRAM VIEWER_BUILD_FOLDER session|pictures [PICTURES]
-session: the robot sends tag corners, which needs little processor time on a busy machine; with PICTURES it also sends images, and the
-screenshot of the documentation is written to that folder. pictures: a short lap with images.
+usage: live_page_test.py PROGRAM VIEWER_BUILD_FOLDER session|images [IMAGES]
+session: the robot sends tag corners, which needs little processor time on a busy machine; with IMAGES it also sends images, and the
+screenshot of the documentation is written to that folder. images: a short lap with images.
 Exit code 77 (skipped) if npm could not build the page (tools/build_viewer.sh).
 """
 import math
@@ -32,7 +32,7 @@ def round_world():
 
 
 def main():
-    program, built, what, *pictures = sys.argv[1:]
+    program, built, what, *images = sys.argv[1:]
     tools = browser_tools(pathlib.Path(built))
     if tools is None:
         return SKIPPED
@@ -42,10 +42,10 @@ def main():
         world = pathlib.Path(folder) / "ring.yaml"
         world.write_text(round_world(), encoding="utf-8")
         # A replay of many laps, so that it does not end during the test.
-        how = ["--images", "--pace", "1"] if what == "pictures" or pictures else ["--pace", "2"]
+        how = ["--images", "--pace", "1"] if what == "images" or images else ["--pace", "2"]
         with Robot(folder, "--world", world, "--laps", "50", *how) as robot:
             script = HERE.parents[1] / "viewer/test/live_test.mjs"
-            return subprocess.run([node, script, robot.url.geturl(), what, *pictures], check=False, timeout=570, env={**os.environ, **environment}).returncode
+            return subprocess.run([node, script, robot.url.geturl(), what, *images], check=False, timeout=570, env={**os.environ, **environment}).returncode
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """The page of `waymark view` in a headless Chromium: open, scrub, step, measure, images, accessibility, a phone.
 
-usage: page_test.py PROGRAM VIEWER_BUILD_FOLDER [PICTURES]     with PICTURES the screenshots of the documents go there
+usage: page_test.py PROGRAM VIEWER_BUILD_FOLDER [IMAGES]     with IMAGES the screenshots of the documents go there
 Exit code 77 (skipped) where npm could not build the page (tools/build_viewer.sh): it comes from the network. Chromium is a package of ./test.sh.
 """
 import os

@@ -1,5 +1,5 @@
-// Uses the pages of web/ from their folder: drops pictures, turns the sliders, reads what they say.
-// usage: node page_test.mjs FOLDER_URL PICTURE ...     one object of JSON on standard output; exit code 1 and words when something is wrong
+// Uses the pages of web/ from their folder: drops images, turns the sliders, reads what they say.
+// usage: node page_test.mjs FOLDER_URL IMAGE ...     one object of JSON on standard output; exit code 1 and words when something is wrong
 import { readFileSync } from "node:fs";
 import { basename } from "node:path";
 import { accessible, check, launch, openPage } from "../../viewer/test/browser.mjs";
@@ -22,27 +22,27 @@ async function detectPage() {
   const { page, troubles } = await openPage(browser, folder);
   await page.goto(`${folder}/detect.html`);
   await said(page, "Drop an image");
-  const pictures = [];
+  const images = [];
   for (const path of paths) {
     await drop(page, basename(path), readFileSync(path), "image/png");
     await said(page, "Detection [\\d.]+ ms");
-    pictures.push(await json(page));
+    images.push(await json(page));
   }
   const shown = await page.locator("#rows tr").count();
-  check(shown === pictures.at(-1).tags.length, `${shown} rows in the table`);
+  check(shown === images.at(-1).tags.length, `${shown} rows in the table`);
   for (const family of ["tag36h11", "tag16h5", "tag25h9", "tag36h10", "tagCircle21h7", "tagStandard41h12"]) {
     await page.selectOption("#family", family);
     await page.click("#example");
     const tags = (await json(page)).tags.map((tag) => tag.tag);
     check([0, 1, 2].every((number) => tags.includes(`${family}:${number}`)), `the example of ${family} shows ${tags}`);
   }
-  await drop(page, "words.png", Buffer.from("no picture"), "image/png");
+  await drop(page, "words.png", Buffer.from("no image"), "image/png");
   await said(page, "cannot read");
   await drop(page, "again.png", readFileSync(paths[0]), "image/png");
   await said(page, "Detection [\\d.]+ ms");
   check(troubles.length === 0, troubles.join("\n"));
   await accessible(page, "detect"); // last: it asks for the style sheet, which a browser refuses to a script of a page from a folder
-  return pictures;
+  return images;
 }
 
 async function posesPage() {
@@ -71,7 +71,7 @@ async function posesPage() {
 }
 
 try {
-  console.log(JSON.stringify({ pictures: await detectPage(), poses: await posesPage() }));
+  console.log(JSON.stringify({ images: await detectPage(), poses: await posesPage() }));
 } catch (error) {
   console.error(String(error));
   process.exitCode = 1;

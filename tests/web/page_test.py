@@ -27,29 +27,29 @@ HALF_M = 0.05
 TAG = numpy.array([[-HALF_M, -HALF_M, 0], [HALF_M, -HALF_M, 0], [HALF_M, HALF_M, 0], [-HALF_M, HALF_M, 0]])
 
 
-def pictures(program, folder):
+def images(program, folder):
     """Rendered photographs with known tags, and a colour JPEG of one."""
     subprocess.run([program, "samples", folder / "samples"], check=True, capture_output=True)
     found = sorted((folder / "samples").rglob("*.png"))
     if not found:
-        raise SystemExit("samples wrote no picture")
+        raise SystemExit("samples wrote no image")
     return found
 
 
-def native(program, picture):
+def native(program, image):
     """Corners by tag, detected by the program."""
-    line = subprocess.run([program, "detect", "--json", "--set", "detector.detector=waymark", picture], check=True, capture_output=True, text=True).stdout
+    line = subprocess.run([program, "detect", "--json", "--set", "detector.detector=waymark", image], check=True, capture_output=True, text=True).stdout
     return {tag["tag"]: numpy.array(tag["corners_px"], float) for tag in json.loads(line)["detections"]}
 
 
-def check_picture(program, picture, answer):
-    expected = native(program, picture)
+def check_image(program, image, answer):
+    expected = native(program, image)
     got = {tag["tag"]: numpy.array(tag["corners_px"], float) for tag in answer["tags"]}
     if expected.keys() != got.keys():
-        raise SystemExit(f"{picture.name}: the program finds {sorted(expected)}, the page {sorted(got)}")
+        raise SystemExit(f"{image.name}: the program finds {sorted(expected)}, the page {sorted(got)}")
     worst = max((abs(expected[tag] - got[tag]).max() for tag in expected), default=0)
     if worst > MOST_DIFFERENCE_PX:
-        raise SystemExit(f"{picture.name}: corners differ by {worst:.6f} px")
+        raise SystemExit(f"{image.name}: corners differ by {worst:.6f} px")
     return len(expected), worst
 
 
@@ -100,20 +100,20 @@ def main():
     for library in ("Eigen", "fmt", "expected", "AprilTag", "Emscripten", "musl"):
         assert library.lower() in notices.lower(), f"notices.txt names no {library}"
     with tempfile.TemporaryDirectory(prefix="waymark-web-") as name:
-        chosen = pictures(program, pathlib.Path(name))
+        chosen = images(program, pathlib.Path(name))
         looked = subprocess.run([node, HERE / "page_test.mjs", pages.as_uri(), *map(str, chosen)], env=environment, timeout=600, stdout=subprocess.PIPE, text=True)
         if looked.returncode != 0:
             return 1
         answers = json.loads(looked.stdout)
-        assert len(answers["pictures"]) == len(chosen)
+        assert len(answers["images"]) == len(chosen)
         tags, worst = 0, 0.0
-        for picture, answer in zip(chosen, answers["pictures"]):
-            count, difference = check_picture(program, picture, answer)
+        for image, answer in zip(chosen, answers["images"]):
+            count, difference = check_image(program, image, answer)
             tags, worst = tags + count, max(worst, difference)
-    assert tags >= 20, f"only {tags} tags in {len(chosen)} pictures"
+    assert tags >= 20, f"only {tags} tags in {len(chosen)} images"
     for setting, answer in answers["poses"]:
         check_poses(setting, answer)
-    print(f"{tags} tags in {len(chosen)} pictures: corners differ by {worst:.2e} px at most; {len(answers['poses'])} pairs of poses are OpenCV's")
+    print(f"{tags} tags in {len(chosen)} images: corners differ by {worst:.2e} px at most; {len(answers['poses'])} pairs of poses are OpenCV's")
     return 0
 
 

@@ -24,7 +24,7 @@ let tagsByName = new Map(tagsOf(content).map((tag) => [`${tag.family}:${tag.id}`
 const playback = new Playback();
 const map = new MapView(byId<HTMLCanvasElement>("map"));
 const world = new WorldView(map);
-const camera = new CameraView(byId<HTMLCanvasElement>("picture"), byId("seen"));
+const camera = new CameraView(byId<HTMLCanvasElement>("image"), byId("seen"));
 const bar = new TimelineBar(playback, () => content.tracks.tags.column(0), update);
 const plots = new Plots(byId("plots"), (t) => bar.seek(t));
 let live: LiveMode | undefined;
@@ -34,13 +34,13 @@ function showStatus(words: string, bad = false): void {
   byId("status").classList.toggle("bad", bad);
 }
 
-let pictureShown = NaN; // recording: time of the last picture shown
+let imageShown = NaN; // recording: time of the last image shown
 let shownPast = NaN; // running robot: past time that is shown
 
 /** Updates everything that depends on the time. */
 function update(): void {
   const { t } = playback;
-  if (content.info?.hasPictures) reader.picture(t);
+  if (content.info?.hasImages) reader.image(t);
   else if (live && !playback.following && t !== shownPast) void live.seek((shownPast = t));
   world.moveTo(content, t);
   drawCamera();
@@ -62,8 +62,8 @@ function update(): void {
 function drawCamera(): void {
   const { info } = content;
   const { tags, estimate, truth } = content.tracks;
-  const t = live?.pictureTime ?? playback.t;
-  const frame = tags.indexAt(t); // the pose of the robot at the time of the picture
+  const t = live?.imageTime ?? playback.t;
+  const frame = tags.indexAt(t); // the pose of the robot at the time of the image
   const base = frame >= 0 ? poseBetween(estimate.length > 0 ? estimate : truth, tags.time(frame)) : undefined;
   const map_T_cam = base && info?.base_T_cam ? compose(base, info.base_T_cam) : undefined;
   camera.draw(info?.camera, quadsAt(content.tracks.tags, content.families, t), tagsByName, map_T_cam, live !== undefined || tags.length > 0);
@@ -115,8 +115,8 @@ function showTagTable(): void {
 function receive(answer: Answer): void {
   switch (answer.type) {
     case "failed": return showStatus(answer.words, true);
-    case "picture":
-      void camera.show(answer.picture).then(() => { drawCamera(); pictureShown = answer.t; }).catch((error: unknown) => showStatus(String(error), true));
+    case "image":
+      void camera.show(answer.image).then(() => { drawCamera(); imageShown = answer.t; }).catch((error: unknown) => showStatus(String(error), true));
       return;
     case "opened": {
       const { info } = answer;
@@ -274,8 +274,8 @@ void openOffered();
 // For tests: canvas position of a point of the map.
 Object.assign(window, { waymark: {
   pixelOf: (x: number, y: number, z: number) => map.pixelOf(x, y, z),
-  pictureShown: () => pictureShown,
-  pictureHostTime: () => live?.pictureHostTime ?? 0n,
+  imageShown: () => imageShown,
+  imageHostTime: () => live?.imageHostTime ?? 0n,
   drawn: () => map.drawn(),
   tags: () => drawnTagsOf(content).map((tag) => tag.map_T_tag.p),
   latencies: () => Array.from({ length: content.tracks.latency.length }, (_, row) => content.tracks.latency.at(row, 1)),

@@ -66,7 +66,7 @@ export const drawnTagsOf = (content: Content): readonly MapTag[] => (tagsOf(cont
 
 const newWorker = (): Worker => new Worker(new URL("./data/worker.ts", import.meta.url), { type: "module" });
 
-/** The worker that reads the recording. One picture is requested at a time; of later requests only the last is kept. */
+/** The worker that reads the recording. One image is requested at a time; of later requests only the last is kept. */
 export class Reader {
   private worker: Worker | undefined;
   private spare: Worker | undefined = newWorker(); // starts together with the page
@@ -77,7 +77,7 @@ export class Reader {
 
   open(source: File | string): void {
     this.worker?.terminate();
-    this.pending = true; // the first picture is sent without a request
+    this.pending = true; // the first image is sent without a request
     this.nextTime = undefined;
     this.worker = this.spare ?? newWorker();
     this.spare = undefined;
@@ -85,18 +85,18 @@ export class Reader {
     this.worker.onerror = (event) => this.onAnswer({ type: "failed", words: event.message || "the reader did not start" });
     this.post({ ask: "open", source });
   }
-  picture(t: number): void {
+  image(t: number): void {
     if (this.pending) { this.nextTime = t; return; }
     this.pending = true;
-    this.post({ ask: "picture", t });
+    this.post({ ask: "image", t });
   }
   private receive(answer: Answer): void {
     this.onAnswer(answer);
-    if (answer.type !== "picture") return;
+    if (answer.type !== "image") return;
     this.pending = false;
     const { nextTime } = this;
     this.nextTime = undefined;
-    if (nextTime !== undefined) this.picture(nextTime);
+    if (nextTime !== undefined) this.image(nextTime);
   }
   private post(request: Request): void {
     this.worker?.postMessage(request);

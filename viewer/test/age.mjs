@@ -1,7 +1,7 @@
-// Measures the latency of pictures of a running robot on the page; prints one JSON object. Run by tools/measure_page.py.
-// usage: node age.mjs URL PICTURES     URL with its token: first lets the script teach the robot; without: only watches
-// drawn_ms: until the page had drawn a picture with its tags; painted_ms: until the browser had put it on the screen. Both are measured from the
-// time at which the robot's program had the picture, by the same clock.
+// Measures the latency of images of a running robot on the page; prints one JSON object. Run by tools/measure_page.py.
+// usage: node age.mjs URL IMAGES     URL with its token: first lets the script teach the robot; without: only watches
+// drawn_ms: until the page had drawn an image with its tags; painted_ms: until the browser had put it on the screen. Both are measured from the
+// time at which the robot's program had the image, by the same clock.
 import { launch, openPage } from "./browser.mjs";
 
 const [url, wanted] = process.argv.slice(2);
@@ -22,11 +22,11 @@ const measured = await page.evaluate((count) => new Promise((done) => {
   port1.onmessage = ({ data: host }) => painted_ms.push(performance.timeOrigin + performance.now() - Number(host) * 1e-6); // after the frame
   const frame = () => {
     ++frames;
-    const host = window.waymark.pictureHostTime();
+    const host = window.waymark.imageHostTime();
     if (host !== last) port2.postMessage((last = host));
     const all = window.waymark.latencies();
     if (all.length < before + count) return requestAnimationFrame(frame);
-    done({ drawn_ms: all.slice(before), painted_ms, pictures_per_s: (1000 * (all.length - before)) / (performance.now() - start), frames_per_s: (1000 * frames) / (performance.now() - start) });
+    done({ drawn_ms: all.slice(before), painted_ms, images_per_s: (1000 * (all.length - before)) / (performance.now() - start), frames_per_s: (1000 * frames) / (performance.now() - start) });
   };
   requestAnimationFrame(frame);
 }), Number(wanted));

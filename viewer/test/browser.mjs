@@ -59,7 +59,7 @@ export const drawn = (page) => page.evaluate(async () => {
   await frame();
 });
 
-/** Number of points (x y z of the map) outside the picture of the scene. */
+/** Number of points (x y z of the map) outside the image of the scene. */
 export const outside = (page, places) => page.evaluate((all) => {
   const { clientWidth, clientHeight } = document.querySelector("#map");
   return all.map((place) => window.waymark.pixelOf(...place)).filter(([u, v]) => !(u >= 0 && u <= clientWidth && v >= 0 && v <= clientHeight)).length;

@@ -1,4 +1,4 @@
-// Uses the page of `waymark detect v4l2:… --view`: tags, poses, rate and age, the exposure, a picture saved, a recording.
+// Uses the page of `waymark detect v4l2:… --view`: tags, poses, rate and age, the exposure, an image saved, a recording.
 // usage: node camera_test.mjs URL     URL with its token; exit code 1 and a message on failure; else one JSON object
 import { accessible, check, launch, openPage } from "./browser.mjs";
 
@@ -33,7 +33,7 @@ try {
   await page.waitForFunction(() => window.waymark.latencies().length > 30);
   const ages_ms = (await page.evaluate(() => window.waymark.latencies())).sort((a, b) => a - b);
   check(troubles.length === 0, troubles.join("; "));
-  console.log(JSON.stringify({ pictures: ages_ms.length, age_median_ms: ages_ms[ages_ms.length >> 1], age_95_ms: ages_ms[Math.floor(0.95 * ages_ms.length)] }));
+  console.log(JSON.stringify({ images: ages_ms.length, age_median_ms: ages_ms[ages_ms.length >> 1], age_95_ms: ages_ms[Math.floor(0.95 * ages_ms.length)] }));
 } catch (error) {
   console.error(`${error.message}\n${await text("#devicefacts").catch(() => "")}\n${await text("#devicemessage").catch(() => "")}\nexposure: ${await page.getAttribute("#controls input[name=exposure_ms]", "aria-valuetext").catch(() => "")}\ntroubles: ${troubles.join("; ")}`);
   process.exitCode = 1;

@@ -1,4 +1,4 @@
-// Uses the page of `waymark calibrate camera v4l2:… --view`: covered and missing parts of the picture and tilts.
+// Uses the page of `waymark calibrate camera v4l2:… --view`: covered and missing parts of the image and tilts.
 // usage: node guided_test.mjs URL [SCREENSHOT]     URL with its token; exit code 1 and a message on failure; else the last panel as JSON
 import { accessible, check, launch, openPage } from "./browser.mjs";
 
@@ -32,8 +32,8 @@ try {
   }
   await page.waitForSelector("#guideparts td.here");
   await accessible(page, "guided calibration");
-  const box = await page.locator("#picture").boundingBox();
-  check(box.height > 120, `the picture is seen beside the panel: ${JSON.stringify(box)}`);
+  const box = await page.locator("#image").boundingBox();
+  check(box.height > 120, `the image is seen beside the panel: ${JSON.stringify(box)}`);
   for (const id of ["#guideparts", "#guidetilts"]) {
     const { y, height } = await page.locator(id).boundingBox();
     check(y >= 0 && y + height <= 800, `${id} is within the window: ${y} ${height}`);

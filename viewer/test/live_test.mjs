@@ -1,9 +1,9 @@
-// Uses the page of `waymark run --view`: clicks through teach, map and replay, or checks the pictures of a robot that is taught.
-// usage: node live_test.mjs URL session|pictures [PICTURES]     URL with its token; exit code 1 and a message on failure
+// Uses the page of `waymark run --view`: clicks through teach, map and replay, or checks the images of a robot that is taught.
+// usage: node live_test.mjs URL session|images [IMAGES]     URL with its token; exit code 1 and a message on failure
 import { accessible, check, drawn, launch, openPage, outside } from "./browser.mjs";
 import { LiveUser } from "./live_user.mjs";
 
-const [url, what, pictures] = process.argv.slice(2);
+const [url, what, images] = process.argv.slice(2);
 const started = Date.now();
 const browser = await launch();
 const user = await LiveUser.open(browser, url);
@@ -33,7 +33,7 @@ async function drivesByHand() {
 async function scriptDrives() {
   await user.press("#script", async () => (await user.speed()) > 0.1, "the script drives", () => page.isVisible("#script"));
   await user.untilText("#seen", /tag36h11:\d+/);
-  await user.untilQuads("quads are drawn into the picture");
+  await user.untilQuads("quads are drawn into the image");
   await user.until(() => page.evaluate(() => window.waymark.tags().length > 1), "tags are drawn before there is a map");
   check((await page.getAttribute("#follow", "aria-pressed")) === "true", "the view follows a running robot");
   await user.until(async () => (await outside(page, await page.evaluate(() => window.waymark.tags()))) === 0, "the tags that were seen are in view");
@@ -49,7 +49,7 @@ async function replays() {
   await user.until(() => page.$("#legend .estimate"), "the estimate is never drawn");
   await user.untilText("#seen", /residual [\d.]+ px/);
   await user.until(async () => parseFloat((await user.text("#phase")).split(";")[1]) > 1.2, "it does not progress"); // metres of the route
-  if (pictures) await page.screenshot({ path: `${pictures}/live.png` });
+  if (images) await page.screenshot({ path: `${images}/live.png` });
   user.drives = false;
   await page.click("h1");
   await user.press("Space", async () => (await user.phase()) === "stopped", "space stops the replay");
@@ -100,25 +100,25 @@ async function session() {
   return "taught, mapped and replayed";
 }
 
-/** Checks the camera pictures of a robot while it is taught. */
+/** Checks the camera images of a robot while it is taught. */
 async function looks() {
   await opens();
   await user.go("teaching");
   await user.takes();
   await scriptDrives();
-  await user.until(() => page.evaluate(() => window.waymark.latencies().length > 5), "no picture is drawn with its tags");
-  const grey = await page.$eval("#picture", (canvas) => {
+  await user.until(() => page.evaluate(() => window.waymark.latencies().length > 5), "no image is drawn with its tags");
+  const grey = await page.$eval("#image", (canvas) => {
     const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
     const seen = new Set();
     for (let i = 0; i < data.length; i += 4) seen.add(data[i]);
     return [canvas.width, canvas.height, seen.size];
   });
-  check(grey[0] === 640 && grey[1] === 480 && grey[2] > 50, `a picture of ${grey}`);
+  check(grey[0] === 640 && grey[1] === 480 && grey[2] > 50, `an image of ${grey}`);
   await accessible(page, "teaching");
   await user.looksBack(0.5);
   await user.press("#stop", async () => (await user.phase()) === "idle", "the lap is dropped");
   const ages = (await page.evaluate(() => window.waymark.latencies())).sort((a, b) => a - b);
-  return `${ages.length} pictures, from the robot's program to the screen: median ${ages[ages.length >> 1].toFixed(0)} ms, ` +
+  return `${ages.length} images, from the robot's program to the screen: median ${ages[ages.length >> 1].toFixed(0)} ms, ` +
     `95 % ${ages[Math.floor(ages.length * 0.95)].toFixed(0)} ms`;
 }
 

@@ -51,9 +51,9 @@ export class LiveUser {
   untilSpeed(wanted, words) {
     return this.until(async () => wanted(await this.speed()), words);
   }
-  /** Waits for a picture with tags; not every picture has some. */
+  /** Waits for an image with tags; not every image has some. */
   untilQuads(words) {
-    return this.until(async () => (await pixelsNear(this.page, "#picture", QUAD)) > 100, words);
+    return this.until(async () => (await pixelsNear(this.page, "#image", QUAD)) > 100, words);
   }
   /** Presses a button or a key until `probe` returns something; one press must suffice unless the page was silent meanwhile. `may`: whether pressing is meaningful. */
   async press(id, probe, words, may = async () => true) {
@@ -96,13 +96,13 @@ export class LiveUser {
     await this.until(async () => (await this.text("#control")) === "Release control", "control is never held");
     this.held = true;
   }
-  /** Scrubs to `t`; returns whether tags are in the picture of that time. */
+  /** Scrubs to `t`; returns whether tags are in the image of that time. */
   async seesTagsAt(t) {
     await this.page.$eval("#time", (e, value) => { e.value = value; e.dispatchEvent(new Event("input")); }, String(t));
     await drawn(this.page);
     check(Math.abs((await this.page.$eval("#time", (e) => Number(e.value))) - t) < 0.1, "looking back stays there");
     for (const end = Date.now() + patience / 10; Date.now() < end; await this.page.waitForTimeout(50))
-      if ((await pixelsNear(this.page, "#picture", QUAD)) > 100) return true;
+      if ((await pixelsNear(this.page, "#image", QUAD)) > 100) return true;
     return false;
   }
   /** Scrubs back and returns. At one time no tag may be in view, or its message may have been dropped for a slow page; then tries an earlier time. */
@@ -110,7 +110,7 @@ export class LiveUser {
     const now = await this.page.$eval("#time", (e) => Number(e.value));
     let seen = false;
     for (let back = seconds; !seen && back < seconds + 3; back += 0.4) seen = await this.seesTagsAt(now - back);
-    check(seen, "looking back shows the picture of that time");
+    check(seen, "looking back shows the image of that time");
     await this.page.click("#newest");
     await this.until(async () => (await this.page.$eval("#time", (e) => Number(e.value))) > now, "it never came back to now");
   }

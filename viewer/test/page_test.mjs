@@ -1,10 +1,10 @@
 // Drives the page of `waymark view` in a headless Chromium.
-// usage: node page_test.mjs URL FOLDER [PICTURES]     URL serves FOLDER, which `waymark demo` wrote; exit code 1 and a message on failure
+// usage: node page_test.mjs URL FOLDER [IMAGES]     URL serves FOLDER, which `waymark demo` wrote; exit code 1 and a message on failure
 import { readFileSync } from "node:fs";
 import * as tools from "./browser.mjs";
 
 const { check } = tools;
-const [url, folder, pictures] = process.argv.slice(2);
+const [url, folder, images] = process.argv.slice(2);
 const started = Date.now();
 const browser = await tools.launch();
 const launched = Date.now();
@@ -58,7 +58,7 @@ async function scrubbingMoves() {
   const [x, y] = (await fact("Truth")).split(",").map(parseFloat);
   check(Number(parseFloat(await fact("Error"))) < 10, `the estimate is off by ${await fact("Error")}`);
   check(Number(await fact("Tags in view")) > 0, "a tag is in view");
-  check((await pixelsNear("#picture", QUAD)) > 100, "quads are drawn");
+  check((await pixelsNear("#image", QUAD)) > 100, "quads are drawn");
   await page.click("#viewtop");
   await drawn();
   check((await pixelsNear("#map", TRUTH, await pixelOf(x, y, 0.1), 12)) > 3, "the truth is drawn where it is");
@@ -149,11 +149,11 @@ try {
   await measuring();
   await accessible("light");
   await seek(30);
-  if (pictures) await page.screenshot({ path: `${pictures}/view.png` });
+  if (images) await page.screenshot({ path: `${images}/view.png` });
   await page.click("#theme");
   check((await page.getAttribute("html", "data-theme")) === "dark", "dark");
   await accessible("dark");
-  if (pictures) await page.screenshot({ path: `${pictures}/view-dark.png` });
+  if (images) await page.screenshot({ path: `${images}/view-dark.png` });
   await ownFiles();
   await phone();
   check(troubles.length === 0, troubles.join("; "));

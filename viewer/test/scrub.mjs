@@ -1,5 +1,5 @@
 // Measures the page on a long recording: the time from the start of the server until it is usable in an open browser, and the time of each jump of
-// the timeline until its picture is drawn; prints one JSON object. Run by tools/measure_page.py.
+// the timeline until its image is drawn; prints one JSON object. Run by tools/measure_page.py.
 // usage: node scrub.mjs PROGRAM RECORDING
 import { spawn } from "node:child_process";
 import { once } from "node:events";
@@ -12,7 +12,7 @@ const begun = Date.now();
 const server = spawn(program, ["view", recording, "--port", "0"]);
 const url = String((await once(server.stdout, "data"))[0]).trim();
 await page.goto(url, { waitUntil: "commit" });
-await page.waitForFunction(() => Number(document.querySelector("#time")?.max) > 0 && !Number.isNaN(window.waymark?.pictureShown() ?? NaN), null, { polling: 10 });
+await page.waitForFunction(() => Number(document.querySelector("#time")?.max) > 0 && !Number.isNaN(window.waymark?.imageShown() ?? NaN), null, { polling: 10 });
 const usable = Date.now();
 const paint = await page.waitForFunction(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime);
 const painted = (await page.evaluate(() => performance.timeOrigin)) + (await paint.jsonValue());
@@ -27,7 +27,7 @@ for (let i = 1; i <= 60; ++i) {
     const start = performance.now();
     bar.value = String(t);
     bar.dispatchEvent(new Event("input"));
-    while (Math.abs(window.waymark.pictureShown() - Number(bar.value)) > 1e-6) await new Promise((done) => setTimeout(done, 1));
+    while (Math.abs(window.waymark.imageShown() - Number(bar.value)) > 1e-6) await new Promise((done) => setTimeout(done, 1));
     return performance.now() - start;
   }, (i * 0.618034) % 1));
 }

@@ -52,8 +52,8 @@ Pixels pixels_of(const ColorImage& image) {
 }
 
 /// Encodes a non-empty image.
-template <class Picture, class Encode>
-Bytes encode(const Picture& image, Encode encode_pixels) {
+template <class AnyImage, class Encode>
+Bytes encode(const AnyImage& image, Encode encode_pixels) {
   if (image.empty()) return fail(ErrorCode::InvalidArgument, "an empty image cannot be encoded");
   return without_exceptions({}, [&]() -> Bytes { return encode_pixels(pixels_of(image)); });
 }

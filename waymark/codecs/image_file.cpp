@@ -97,8 +97,8 @@ std::string lower_suffix(const fs::path& path) {
   return suffix;
 }
 
-template <class Picture>
-Result<std::vector<std::uint8_t>> encode_for(const fs::path& path, const Picture& image, bool color) {
+template <class AnyImage>
+Result<std::vector<std::uint8_t>> encode_for(const fs::path& path, const AnyImage& image, bool color) {
   const std::string suffix = lower_suffix(path);
   if (suffix == ".png") return encode_png(image);
   if (suffix == ".jpg" || suffix == ".jpeg") return encode_jpeg(image, kJpegFileQuality);
@@ -114,8 +114,8 @@ Result<std::vector<std::uint8_t>> encode_for(const fs::path& path, const Picture
       place_of(path), "Use .png, .jpg, .pgm, .ppm or .pnm.");
 }
 
-template <class Picture>
-Status encode_and_write(const fs::path& path, const Picture& image, bool color) {
+template <class AnyImage>
+Status encode_and_write(const fs::path& path, const AnyImage& image, bool color) {
   const auto bytes = encode_for(path, image, color);
   if (bytes) return write_bytes(path, *bytes);
   Error error = bytes.error();

@@ -30,7 +30,7 @@ struct Beginning {
 constexpr std::string_view kRecordingHint =
     "`waymark info` shows its contents, `waymark map` makes a map from it.";
 constexpr std::string_view kPackedHint = "Unpack it first: a plain text file is required.";
-constexpr std::string_view kPictureHint = "Give a text file here (YAML, JSON or CSV).";
+constexpr std::string_view kImageHint = "Give a text file here (YAML, JSON or CSV).";
 
 std::optional<Beginning> no_text(std::string_view beginning) {
   using namespace std::string_view_literals;
@@ -44,8 +44,8 @@ std::optional<Beginning> no_text(std::string_view beginning) {
        {"\xFD\x37zXZ"sv, "packed (xz)", kPackedHint},
        {"PK\x03\x04"sv, "packed (zip)", kPackedHint},
        {"BZh"sv, "packed (bzip2)", kPackedHint},
-       {"\xFF\xD8\xFF"sv, "an image (JPEG)", kPictureHint},
-       {"\x89PNG"sv, "an image (PNG)", kPictureHint}}};
+       {"\xFF\xD8\xFF"sv, "an image (JPEG)", kImageHint},
+       {"\x89PNG"sv, "an image (PNG)", kImageHint}}};
   for (const Beginning& known : kBeginnings)
     if (beginning.starts_with(known.magic)) return known;
   if (beginning.find('\0') != std::string_view::npos)

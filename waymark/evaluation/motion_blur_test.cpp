@@ -14,8 +14,8 @@ namespace waymark {
 namespace {
 
 constexpr double kSide_px = 61;  // the cells are 7.6 px wide
-constexpr int kPictureWidth = 320;
-constexpr int kPictureHeight = 240;
+constexpr int kImageWidth = 320;
+constexpr int kImageHeight = 240;
 const TagId kSquare{FamilyId::Tag36h11, 3};
 
 double below(double x, double sigma) { return 0.5 * std::erfc(-x / (sigma * std::numbers::sqrt2)); }
@@ -36,18 +36,18 @@ TagFrame frame_at(double left, double top, double stamp_s) {
 }
 
 /// The square moves to the right during the exposure; `gamma` is applied as in a camera.
-Image picture(double left, double top, double smear_px, double sigma_px, double gamma, Random& random) {
+Image smeared_image(double left, double top, double smear_px, double sigma_px, double gamma, Random& random) {
   constexpr int kMoments = 24;
   const double sigma = std::hypot(sigma_px, std::sqrt(1.0 / 12));  // approximates the pixel area
-  Image image(kPictureWidth, kPictureHeight);
-  std::vector<double> dark(kPictureWidth, 0.0);
-  for (int x = 0; x < kPictureWidth; ++x)
+  Image image(kImageWidth, kImageHeight);
+  std::vector<double> dark(kImageWidth, 0.0);
+  for (int x = 0; x < kImageWidth; ++x)
     for (int i = 0; i < kMoments; ++i)
       dark[static_cast<std::size_t>(x)] +=
           shadow(x + 0.5, left + smear_px * ((i + 0.5) / kMoments - 0.5), sigma) / kMoments;
-  for (int y = 0; y < kPictureHeight; ++y) {
+  for (int y = 0; y < kImageHeight; ++y) {
     const double vertical = shadow(y + 0.5, top, sigma);
-    for (int x = 0; x < kPictureWidth; ++x) {
+    for (int x = 0; x < kImageWidth; ++x) {
       const double light = 1 - 0.9 * dark[static_cast<std::size_t>(x)] * vertical;
       image.row(y)[x] =
           static_cast<std::uint8_t>(std::lround(210 * std::pow(light, 1 / gamma) + 2 * random.normal()));
@@ -64,7 +64,7 @@ std::optional<BlurFit> fit_of(double exposure_s, double sigma_px, double gamma, 
     const double speed = fastest_px_s * i / 60;
     const double left = 100 + random.uniform();
     const double top = 60 + random.uniform();
-    const Image image = picture(left, top, speed * exposure_s, sigma_px, gamma, random);
+    const Image image = smeared_image(left, top, speed * exposure_s, sigma_px, gamma, random);
     const auto some =
         edge_blurs(image, frame_at(left - speed * kPeriod_s, top, 1 - kPeriod_s), frame_at(left, top, 1),
                    frame_at(left + speed * kPeriod_s, top, 1 + kPeriod_s));
@@ -88,9 +88,9 @@ TEST(MotionBlur, GammaHasASmallEffectOnTheExposure) {
 
 TEST(MotionBlur, SkipsSaturatedEdges) {
   Random random(5);
-  Image image = picture(100, 60, 0, 0.6, 1, random);
-  for (int y = 0; y < kPictureHeight; ++y)
-    for (int x = 0; x < kPictureWidth; ++x)
+  Image image = smeared_image(100, 60, 0, 0.6, 1, random);
+  for (int y = 0; y < kImageHeight; ++y)
+    for (int x = 0; x < kImageWidth; ++x)
       image.row(y)[x] = static_cast<std::uint8_t>(std::min(255, 2 * image.row(y)[x]));
   EXPECT_TRUE(
       edge_blurs(image, frame_at(100, 60, 0.9), frame_at(100, 60, 1), frame_at(100, 60, 1.1)).empty());
@@ -105,12 +105,12 @@ TEST(MotionBlur, NoEstimateForSlowMotion) {
 TEST(MotionBlur, SkipsEdgesWithoutNeighboursContrastOrSpace) {
   Random random(5);
   const TagFrame here = frame_at(100, 60, 1);
-  const Image image = picture(100, 60, 0, 0.6, 1, random);
+  const Image image = smeared_image(100, 60, 0, 0.6, 1, random);
   EXPECT_EQ(edge_blurs(image, frame_at(100, 60, 0.9), here, frame_at(100, 60, 1.1)).size(), 4U);
   EXPECT_TRUE(edge_blurs(image, {}, here, frame_at(100, 60, 1.1)).empty());
-  EXPECT_TRUE(edge_blurs(Image(kPictureWidth, kPictureHeight, 128), frame_at(100, 60, 0.9), here,
-                         frame_at(100, 60, 1.1))
-                  .empty());
+  EXPECT_TRUE(
+      edge_blurs(Image(kImageWidth, kImageHeight, 128), frame_at(100, 60, 0.9), here, frame_at(100, 60, 1.1))
+          .empty());
   EXPECT_TRUE(edge_blurs({}, frame_at(100, 60, 0.9), here, frame_at(100, 60, 1.1)).empty());
   const TagFrame border = frame_at(2, 60, 1);
   EXPECT_TRUE(edge_blurs(image, frame_at(2, 60, 0.9), border, frame_at(2, 60, 1.1)).empty());

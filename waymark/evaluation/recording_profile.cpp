@@ -104,8 +104,8 @@ void RecordingProfiler::add(const Sample& sample) {
     cameras_[frame->camera].frames.push_back(*frame);
   } else if (const auto* poses = std::get_if<TagPoseFrame>(&sample)) {
     add(*poses, at_s);
-  } else if (const auto* picture = std::get_if<CameraFrame>(&sample)) {
-    cameras_[picture->camera].pictures.push_back(at_s);
+  } else if (const auto* image = std::get_if<CameraFrame>(&sample)) {
+    cameras_[image->camera].images.push_back(at_s);
   } else if (const auto* odometry = std::get_if<Odometry>(&sample)) {
     stamps_["odometry"].push_back(at_s);
     odometry_.push_back({at_s, odometry->speed_m_s, odometry->yaw_rate_rad_s});

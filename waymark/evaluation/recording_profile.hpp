@@ -77,10 +77,10 @@ class RecordingProfiler {
   /// Samples from one camera.
   struct Camera {
     std::vector<double> stamps{};
-    std::vector<double> pictures{};  ///< timestamps of images, used if the images were not searched for tags
+    std::vector<double> images{};    ///< timestamps of images, used if the images were not searched for tags
     std::vector<TagFrame> frames{};  ///< unknown corners are non-finite
 
-    [[nodiscard]] const std::vector<double>& times() const { return stamps.empty() ? pictures : stamps; }
+    [[nodiscard]] const std::vector<double>& times() const { return stamps.empty() ? images : stamps; }
   };
   void add(const ImuSample& imu, double at_s);
   void add(const TagPoseFrame& frame, double at_s);

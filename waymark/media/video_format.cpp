@@ -30,9 +30,8 @@ bool begins_as_video(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kBoxName = 4;
   const std::string_view box = head.size() >= 8 ? head.substr(kBoxName, 4) : ""sv;
   constexpr std::array kBoxes = {"ftyp"sv, "moov"sv, "mdat"sv, "wide"sv, "skip"sv};
-  constexpr std::array kPictures = {"heic"sv, "heix"sv, "mif1"sv, "avif"sv};  // images in the same container
-  if (box == "ftyp"sv && head.size() >= 12 &&
-      std::ranges::find(kPictures, head.substr(8, 4)) != kPictures.end())
+  constexpr std::array kImages = {"heic"sv, "heix"sv, "mif1"sv, "avif"sv};  // images in the same container
+  if (box == "ftyp"sv && head.size() >= 12 && std::ranges::find(kImages, head.substr(8, 4)) != kImages.end())
     return false;
   if (std::ranges::find(kBoxes, box) != kBoxes.end()) return true;
   if (head.starts_with("\x1A\x45\xDF\xA3"sv)) return true;  // EBML

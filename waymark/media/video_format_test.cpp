@@ -34,7 +34,7 @@ TEST(VideoFormat, AFileWithTheNameOfAVideoIsReadAsOne) {
   }
   EXPECT_TRUE(has_video_ending("raw.h264"));
   EXPECT_FALSE(is_video_name("raw.h264")) << "no such file is written";
-  EXPECT_FALSE(has_video_ending("picture.png"));
+  EXPECT_FALSE(has_video_ending("image.png"));
   EXPECT_FALSE(has_video_ending("mp4"));
 }
 

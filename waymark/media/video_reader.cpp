@@ -31,7 +31,7 @@ class VideoProblems {
            std::optional<std::int64_t> byte = {}, const std::string& hint = {});
   /// Checks whether the images or packets of a file of `size_bytes` end before its stated duration. Must be
   /// called at the end of the file.
-  void add_end(const VideoInfo& info, Duration last_picture, Duration last_packet, std::int64_t size_bytes);
+  void add_end(const VideoInfo& info, Duration last_image, Duration last_packet, std::int64_t size_bytes);
   /// Reports the rotation that players apply.
   void add_rotation(const VideoInfo& info);
   [[nodiscard]] const std::vector<VideoProblem>& all() const { return all_; }
@@ -52,21 +52,21 @@ void VideoProblems::add(const std::string& key, ErrorCode code, const std::strin
   all_.push_back({key, Error{code, message, {.source = source_, .byte = byte}, hint}, 1});
 }
 
-void VideoProblems::add_end(const VideoInfo& info, Duration last_picture, Duration last_packet,
+void VideoProblems::add_end(const VideoInfo& info, Duration last_image, Duration last_packet,
                             std::int64_t size_bytes) {
   constexpr double kTolerance_s = 0.5;  // sound may last longer than the images
   const double rate_hz = info.mean_rate_hz.value_or(25);
   double expected_s = info.duration ? to_seconds(*info.duration) : 0;
   if (info.frames) expected_s = std::max(expected_s, static_cast<double>(*info.frames) / rate_hz);
   const double missing_s = std::max(kTolerance_s, 2 / rate_hz);
-  if (expected_s - to_seconds(last_picture) <= missing_s) return;
-  if (expected_s - to_seconds(std::max(last_picture, last_packet)) > missing_s)
+  if (expected_s - to_seconds(last_image) <= missing_s) return;
+  if (expected_s - to_seconds(std::max(last_image, last_packet)) > missing_s)
     add("video.truncated", ErrorCode::Unreadable,
-        fmt::format("the images end at {:.3f} s of {:.3f} s", to_seconds(last_picture), expected_s),
-        size_bytes, "The file is truncated, or its end is damaged. Copy it again.");
+        fmt::format("the images end at {:.3f} s of {:.3f} s", to_seconds(last_image), expected_s), size_bytes,
+        "The file is truncated, or its end is damaged. Copy it again.");
   else
-    add("video.no_whole_picture", ErrorCode::Unreadable,
-        fmt::format("no intact image between {:.3f} s and the end at {:.3f} s", to_seconds(last_picture),
+    add("video.no_whole_image", ErrorCode::Unreadable,
+        fmt::format("no intact image between {:.3f} s and the end at {:.3f} s", to_seconds(last_image),
                     expected_s),
         {},
         "They are predicted from damaged data. Copy the file again; a video with more key frames loses "

@@ -55,7 +55,7 @@ struct VideoFrame {
 /// A problem with a video that should be shown to users.
 struct VideoProblem {
   std::string
-      key{};  ///< stable key: video.damaged, video.no_whole_picture (to the end), video.truncated, video.gap,
+      key{};  ///< stable key: video.damaged, video.no_whole_image (to the end), video.truncated, video.gap,
               ///< video.no_stamps, video.order, video.interlaced, video.size_changes, video.rotated
   Error error{};            ///< message, with the place of the first occurrence
   std::uint64_t count = 1;  ///< number of occurrences

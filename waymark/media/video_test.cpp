@@ -41,7 +41,7 @@ constexpr int kWidth = 160;
 constexpr int kHeight = 120;
 
 /// Image k of a video: a gradient with a moving bright block.
-Image picture(int k, int width = kWidth, int height = kHeight) {
+Image image_of_step(int k, int width = kWidth, int height = kHeight) {
   Image image(width, height);
   const int left = 10 + 7 * k % (width - 50);
   for (int y = 0; y < height; ++y) {
@@ -64,12 +64,12 @@ double mean_difference(const ImageView& a, const ImageView& b) {
 /// Stamps are unevenly spaced.
 SensorTime stamp_of(int k) { return SensorTime(std::chrono::milliseconds(1000 + 40 * k + 7 * (k % 3))); }
 
-Status write(const fs::path& path, int pictures, const VideoWriterOptions& options = {}, int width = kWidth,
+Status write(const fs::path& path, int images, const VideoWriterOptions& options = {}, int width = kWidth,
              int height = kHeight, const std::function<SensorTime(int)>& stamp = stamp_of) {
   auto writer = VideoWriter::create(path, width, height, options);
   if (!writer) return tl::unexpected(writer.error());
-  for (int k = 0; k < pictures; ++k)
-    if (Status added = writer->add(picture(k, width, height).view(), stamp(k)); !added) return added;
+  for (int k = 0; k < images; ++k)
+    if (Status added = writer->add(image_of_step(k, width, height).view(), stamp(k)); !added) return added;
   return writer->close();
 }
 
@@ -95,7 +95,7 @@ Seen read(VideoReader& reader, const std::function<int(SensorTime)>& index_at, i
     if (!frame || !*frame) break;
     seen.stamps.push_back((*frame)->stamp);
     seen.differences.push_back(
-        mean_difference((*frame)->luma, picture(index_at((*frame)->stamp), width, height)));
+        mean_difference((*frame)->luma, image_of_step(index_at((*frame)->stamp), width, height)));
   }
   seen.problems = reader.problems();
   return seen;
@@ -139,10 +139,10 @@ TEST_P(EveryKind, ImagesAndStampsRoundTrip) {
   const auto stamp = [&](int k) {
     return steady ? SensorTime(std::chrono::milliseconds(1000 + 40 * k)) : stamp_of(k);
   };
-  constexpr int kPictures = 20;
+  constexpr int kImages = 20;
   // One side is odd.
   const Status written =
-      write(path, kPictures, {.codec = kind.codec, .quality = 15, .rate_hz = 25}, kWidth + 1, kHeight, stamp);
+      write(path, kImages, {.codec = kind.codec, .quality = 15, .rate_hz = 25}, kWidth + 1, kHeight, stamp);
   ASSERT_TRUE(written) << to_string(written.error());
   std::array<char, 400> head{};
   std::ifstream file(path, std::ios::binary);
@@ -163,11 +163,11 @@ TEST_P(EveryKind, ImagesAndStampsRoundTrip) {
     const Duration off = ((*frame)->stamp - SensorTime()) - (stamp(k) - stamp(0));
     EXPECT_LE(std::abs(to_seconds(off)), 0.0011) << k;
     const ImageView part{(*frame)->luma.data, kWidth + 1, kHeight, (*frame)->luma.stride};
-    EXPECT_LT(mean_difference(part, picture(k, kWidth + 1)), 3) << k;
+    EXPECT_LT(mean_difference(part, image_of_step(k, kWidth + 1)), 3) << k;
     EXPECT_EQ((*frame)->index, k);
     ++k;
   }
-  EXPECT_EQ(k, kPictures);
+  EXPECT_EQ(k, kImages);
   EXPECT_TRUE(reader->problems().empty()) << to_string(reader->problems().front().error);
 }
 
@@ -286,7 +286,7 @@ TEST(Video, AFileWithoutIntactImagesAfterDamageIsNotReportedAsTruncated) {
   auto writer = VideoWriter::create(path, kWidth, kHeight, {.quality = 20, .key_interval = 10000});
   ASSERT_TRUE(writer) << to_string(writer.error());
   for (int k = 0; k < 150; ++k)  // moves back and forth, because a jump would create a key frame
-    ASSERT_TRUE(writer->add(picture(std::abs(k % 12 - 6)).view(), stamp_of(k)));
+    ASSERT_TRUE(writer->add(image_of_step(std::abs(k % 12 - 6)).view(), stamp_of(k)));
   ASSERT_TRUE(writer->close());
   auto bytes = bytes_of(path);
   std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() * 2 / 5), bytes.size() / 40,
@@ -297,8 +297,8 @@ TEST(Video, AFileWithoutIntactImagesAfterDamageIsNotReportedAsTruncated) {
   EXPECT_LT(to_seconds(seen.stamps.back() - SensorTime()), 4);
   EXPECT_NE(seen.text_of("video.damaged"), "");
   EXPECT_EQ(seen.text_of("video.truncated"), "");
-  EXPECT_THAT(seen.text_of("video.no_whole_picture"), HasSubstr("6.007 s"));
-  testing::expect_on_page("files", seen.text_of("video.no_whole_picture"));
+  EXPECT_THAT(seen.text_of("video.no_whole_image"), HasSubstr("6.007 s"));
+  testing::expect_on_page("files", seen.text_of("video.no_whole_image"));
 }
 
 TEST(Video, FilesThatAreNotVideosAreErrors) {
@@ -397,8 +397,8 @@ TEST(Video, AWriterThatIsNotClosedLeavesNoFile) {
   {
     auto writer = VideoWriter::create(folder / "walk.mp4", kWidth, kHeight);
     ASSERT_TRUE(writer);
-    ASSERT_TRUE(writer->add(picture(0).view(), stamp_of(0)));
-    const Status again = writer->add(picture(1).view(), stamp_of(0));
+    ASSERT_TRUE(writer->add(image_of_step(0).view(), stamp_of(0)));
+    const Status again = writer->add(image_of_step(1).view(), stamp_of(0));
     ASSERT_FALSE(again);
     EXPECT_EQ(again.error().code, ErrorCode::InvalidArgument);
     testing::expect_on_page("files", again.error());

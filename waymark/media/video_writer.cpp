@@ -169,9 +169,9 @@ struct VideoWriter::Impl {
 
   [[nodiscard]] Status open(int width, int height, const VideoWriterOptions& options);
   [[nodiscard]] Status add_rotation(double clockwise_deg);
-  template <class Picture>
-  [[nodiscard]] Status add(const Picture& image, int width, int height, SensorTime stamp);
-  [[nodiscard]] Status encode(AVFrame* picture);
+  template <class AnyImage>
+  [[nodiscard]] Status add(const AnyImage& image, int width, int height, SensorTime stamp);
+  [[nodiscard]] Status encode(AVFrame* image);
   [[nodiscard]] Status close();
   [[nodiscard]] tl::unexpected<Error> unwritable(int error) const {
     return fail(ErrorCode::Unwritable, "cannot write the video: " + text_of(av, error),
@@ -282,8 +282,8 @@ Status VideoWriter::Impl::open(int width, int height, const VideoWriterOptions& 
 }
 
 /// Passes an image to the encoder (nullptr flushes it) and writes the encoder's packets to the file.
-Status VideoWriter::Impl::encode(AVFrame* picture) {
-  int got = av.avcodec_send_frame(encoder.get(), picture);
+Status VideoWriter::Impl::encode(AVFrame* image) {
+  int got = av.avcodec_send_frame(encoder.get(), image);
   while (got >= 0) {
     got = av.avcodec_receive_packet(encoder.get(), packet.get());
     if (got == AVERROR(EAGAIN) || got == AVERROR_EOF) return {};
@@ -295,8 +295,8 @@ Status VideoWriter::Impl::encode(AVFrame* picture) {
   return got < 0 ? unwritable(got) : Status();
 }
 
-template <class Picture>
-Status VideoWriter::Impl::add(const Picture& image, int width, int height, SensorTime stamp) {
+template <class AnyImage>
+Status VideoWriter::Impl::add(const AnyImage& image, int width, int height, SensorTime stamp) {
   if (width != width_px || height != height_px)
     return fail(
         ErrorCode::InvalidArgument,

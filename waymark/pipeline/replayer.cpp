@@ -105,7 +105,7 @@ Replayer::Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagM
       consistency_(options.consistency, options.actuators, options.odometry) {}
 
 void Replayer::add(const TagFrame& frame) {
-  newest_picture_ = frame.stamp;
+  newest_image_ = frame.stamp;
   received_ = true;
   const bool mapped = std::ranges::any_of(
       frame.detections, [&](const TagDetection& seen) { return map_.find(seen.tag) != nullptr; });
@@ -114,7 +114,7 @@ void Replayer::add(const TagFrame& frame) {
 }
 
 void Replayer::add(const TagPoseFrame& frame) {
-  newest_picture_ = frame.stamp;
+  newest_image_ = frame.stamp;
   received_ = true;
   const bool mapped = std::ranges::any_of(
       frame.tags, [&](const SeenTagPose& seen) { return map_.find(seen.tag) != nullptr; });
@@ -280,7 +280,7 @@ SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<Localizatio
   SafetyInputs inputs{.last = last_command_, .alarm = alarm()};
   inputs.odometry_age_s = age_s(now, newest_odometry_, std::numeric_limits<double>::infinity());
   inputs.gyro_age_s = age_s(now, newest_gyro_, 0);
-  inputs.picture_age_s = age_s(now, newest_picture_, 0);
+  inputs.image_age_s = age_s(now, newest_image_, 0);
   inputs.blind_m = newest_accepted_ ? consistency_.path_m() - accepted_path_m_ : 0.0;
   inputs.taught_blind_m = route_.longest_without_tags_m.value_or(0);
   if (inputs.blind_m > inputs.taught_blind_m) inputs.missed = describe(missed_);
@@ -365,8 +365,8 @@ void Replayer::compare_motion(const ReplayStep& step, double dt_s) {
   }
   if (const auto fix = method_->tag_fix(); fix && fix->stamp != newest_fix_) {
     newest_fix_ = fix->stamp;
-    consistency_.observe_picture(fix->stamp, fix->map_T_base, fix->covariance,
-                                 newest_accepted_ && *newest_accepted_ >= fix->stamp);
+    consistency_.observe_image(fix->stamp, fix->map_T_base, fix->covariance,
+                               newest_accepted_ && *newest_accepted_ >= fix->stamp);
   }
   if (state_ == ReplayState::Waiting || !contradiction_.empty()) return;
   if (const auto found = consistency_.contradiction()) contradiction_ = describe(*found);

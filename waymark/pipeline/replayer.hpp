@@ -187,7 +187,7 @@ class Replayer {
   std::optional<RouteProgress> progress_{};
   std::optional<SensorTime> newest_odometry_{};
   std::optional<SensorTime> newest_gyro_{};
-  std::optional<SensorTime> newest_picture_{};
+  std::optional<SensorTime> newest_image_{};
   bool reports_accepted_ = false;                ///< whether the method reports which observations it
                                                  ///< accepted
   std::optional<SensorTime> newest_accepted_{};  ///< newest accepted observation of a tag

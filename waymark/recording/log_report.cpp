@@ -196,16 +196,16 @@ Result<LogContents> contents_of(MessageLog& log, bool whole) {
   LogContents contents;
   LogSelection others;
   for (const LogChannel& channel : log.channels()) {
-    const bool picture = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
-    if (picture) contents.insert("pictures");
-    if (!picture) others.topics.insert(channel.topic);
+    const bool image = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
+    if (image) contents.insert("images");
+    if (!image) others.topics.insert(channel.topic);
   }
   if (others.topics.empty()) return contents;
   // The start is unknown if the file is truncated.
   if (const auto start = log.summary().start; start && !whole) others.to = *start + kContents_ns;
   const Status status = log.visit_samples(others, [&](const Sample& sample) {
-    constexpr std::array<const char*, 11> kNames = {"tags",          "odometry", "wheels",   "imu",
-                                                    "commands",      "truth",    "pictures", "tag_poses",
+    constexpr std::array<const char*, 11> kNames = {"tags",          "odometry", "wheels", "imu",
+                                                    "commands",      "truth",    "images", "tag_poses",
                                                     "range_bearing", "scans",    "gamepad"};
     static_assert(std::variant_size_v<Sample> == kNames.size());
     contents.insert(kNames[sample.index()]);

@@ -72,7 +72,7 @@ struct LogReport {
 [[nodiscard]] Result<LogReport> report_on(MessageLog& log,
                                           const std::function<bool(std::uint64_t log_time)>& progress = {});
 
-/// Kinds of samples in the first ten seconds of a recording: "tags", "pictures", "odometry", "wheels", "imu",
+/// Kinds of samples in the first ten seconds of a recording: "tags", "images", "odometry", "wheels", "imu",
 /// "commands", "truth", "tag_poses", "range_bearing", "scans", "gamepad". If `whole`, reads the whole
 /// recording, so that problems() is complete. Images are not decoded.
 using LogContents = std::set<std::string>;

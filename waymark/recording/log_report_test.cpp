@@ -84,7 +84,7 @@ TEST(LogReport, DetectsAClockJump) {
     EXPECT_EQ(pose.stamps.backward(), jump_s < 0 ? 1U : 0U);
     EXPECT_NEAR(report->duration_s, 1.98, 1e-9);
     EXPECT_EQ(quick_report_on(**log).messages, report->messages);
-    EXPECT_EQ(*contents_of(**log), (LogContents{"pictures", "gamepad"}));
+    EXPECT_EQ(*contents_of(**log), (LogContents{"images", "gamepad"}));
   }
 }
 

@@ -204,11 +204,11 @@ std::string to_string(const LogProblem& problem) {
   return to_string(problem.error) + (problem.count > 1 ? fmt::format(" ({} times)", problem.count) : "");
 }
 
-LogSelection MessageLog::topics_used(const RecordingSetup& setup, std::optional<bool> pictures) const {
+LogSelection MessageLog::topics_used(const RecordingSetup& setup, std::optional<bool> images) const {
   LogSelection selection;
   for (const LogChannel& channel : channels()) {
-    const bool picture = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
-    if (picture == pictures.value_or(picture) && !setup.chosen.unused.contains(channel.topic))
+    const bool image = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
+    if (image == images.value_or(image) && !setup.chosen.unused.contains(channel.topic))
       selection.topics.insert(channel.topic);
   }
   return selection;

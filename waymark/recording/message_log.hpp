@@ -143,8 +143,7 @@ class MessageLog {
   virtual Result<RecordingSetup> setup(const CameraChoice& choice) = 0;
   Result<RecordingSetup> setup() { return setup(CameraChoice{}); }
   /// Topics to read with a setup: image topics, all other topics, or both. Empty if there are none.
-  [[nodiscard]] LogSelection topics_used(const RecordingSetup& setup,
-                                         std::optional<bool> pictures = {}) const;
+  [[nodiscard]] LogSelection topics_used(const RecordingSetup& setup, std::optional<bool> images = {}) const;
   /// The files inside the recording, by name.
   [[nodiscard]] virtual std::vector<LogAttachment> attachments() const { return {}; }
 

@@ -33,7 +33,7 @@ void put_in_order(std::vector<Frame>& frames, std::vector<std::string>& notes) {
   if (out_of_order > 0) {
     std::ranges::stable_sort(frames, {}, &Frame::stamp);
     notes.push_back(
-        fmt::format("images recorded out of order, sorted by stamp: {}", counted(out_of_order, "picture")));
+        fmt::format("images recorded out of order, sorted by stamp: {}", counted(out_of_order, "image")));
   }
   std::map<std::string, SensorTime> newest;
   const std::size_t again = std::erase_if(frames, [&](const Frame& frame) {
@@ -42,16 +42,16 @@ void put_in_order(std::vector<Frame>& frames, std::vector<std::string>& notes) {
   });
   if (again > 0)
     notes.push_back(fmt::format("images with the stamp of another image of the same camera, skipped: {}",
-                                counted(again, "picture")));
+                                counted(again, "image")));
 }
 
 Status find_tags(MessageLog& log, const FrameFinder& find, RecordedLap& lap) {
-  const LogSelection pictures = log.topics_used(lap.setup, true);
-  if (pictures.topics.empty()) return {};
-  return log.visit_samples(pictures, [&](const Sample& sample) -> Status {
-    const auto* picture = std::get_if<CameraFrame>(&sample);
-    if (picture == nullptr) return {};
-    Result<TagFrame> frame = find(*picture, lens_of(lap.setup, picture->camera));
+  const LogSelection images = log.topics_used(lap.setup, true);
+  if (images.topics.empty()) return {};
+  return log.visit_samples(images, [&](const Sample& sample) -> Status {
+    const auto* image = std::get_if<CameraFrame>(&sample);
+    if (image == nullptr) return {};
+    Result<TagFrame> frame = find(*image, lens_of(lap.setup, image->camera));
     if (!frame) return tl::unexpected(frame.error());
     lap.frames.push_back(std::move(*frame));
     return {};
@@ -111,7 +111,7 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource
       return Status{};
     });
   }
-  if (source == TagSource::Pictures) {
+  if (source == TagSource::Images) {
     if (log.topics_used(lap.setup, true).topics.empty())
       return fail(ErrorCode::NotFound, "the recording has no images in which to detect tags", {},
                   "Omit the detector settings to use the recorded tags.");

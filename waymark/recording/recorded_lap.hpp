@@ -37,7 +37,7 @@ using FrameFinder = std::function<Result<TagFrame>(const CameraFrame& frame, con
 
 enum class TagSource : std::uint8_t {
   AsRecorded,  ///< recorded tags; images only if there are no recorded tags
-  Pictures,    ///< images, even if tags were recorded
+  Images,      ///< images, even if tags were recorded
 };
 
 /// Reads a whole recording of any format; `choice` selects one of several cameras. Images are read only if

@@ -22,7 +22,7 @@ CameraModel lap_camera() {
 
 struct Lap {
   bool tags = true;
-  bool pictures = false;
+  bool images = false;
   bool cut = false;
   bool damaged = false;
 };
@@ -42,7 +42,7 @@ Bytes record(const Lap& lap) {
       frame.detections[0].tag.number = 7;
       EXPECT_TRUE(recorder->add(frame));
     }
-    if (lap.pictures && i % 10 == 0)
+    if (lap.images && i % 10 == 0)
       EXPECT_TRUE(recorder->add(CameraFrame{.stamp = ms(10 * i), .image = Image(32, 24)}));
   }
   EXPECT_TRUE(recorder->close());
@@ -64,10 +64,10 @@ struct Finder {
   int asked = 0;
   bool had_camera = false;
   FrameFinder function() {
-    return [this](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
+    return [this](const CameraFrame& image, const CameraModel* camera) -> Result<TagFrame> {
       ++asked;
       had_camera = camera != nullptr;
-      TagFrame frame{.stamp = picture.stamp, .detections = std::vector<TagDetection>(1)};
+      TagFrame frame{.stamp = image.stamp, .detections = std::vector<TagDetection>(1)};
       frame.detections[0].tag.number = 3;
       return frame;
     };
@@ -112,8 +112,8 @@ TEST(ReadLap, SortsLateImagesAndSkipsRepeatedOnes) {
   ASSERT_TRUE(lap) << to_string(lap.error());
   EXPECT_THAT(stamps_ms(*lap), ElementsAre(10, 20, 30, 40, 50));
   ASSERT_EQ(lap->notes.size(), 2U);
-  EXPECT_THAT(lap->notes[0], HasSubstr("1 picture"));
-  EXPECT_THAT(lap->notes[1], HasSubstr("1 picture"));
+  EXPECT_THAT(lap->notes[0], HasSubstr("1 image"));
+  EXPECT_THAT(lap->notes[1], HasSubstr("1 image"));
   for (const std::string& note : lap->notes) testing::expect_on_page("recording", note);
 }
 
@@ -131,12 +131,12 @@ TEST(ReadLap, KeepsTheOrderOfImagesIfTheClockWentBack) {
 
 TEST(ReadLap, SearchesImagesOnlyIfThereAreNoTags) {
   Finder finder;
-  const Bytes with_tags = record({.pictures = true});
+  const Bytes with_tags = record({.images = true});
   const auto recorded = lap_of(with_tags, finder.function());
   ASSERT_TRUE(recorded);
   EXPECT_EQ(finder.asked, 0);
   EXPECT_EQ(recorded->frames[0].detections[0].tag.number, 7);
-  const Bytes without = record({.tags = false, .pictures = true});
+  const Bytes without = record({.tags = false, .images = true});
   const auto found = lap_of(without, finder.function());
   ASSERT_TRUE(found) << to_string(found.error());
   EXPECT_EQ(finder.asked, 10);
@@ -150,20 +150,20 @@ TEST(ReadLap, SearchesImagesOnlyIfThereAreNoTags) {
 
 TEST(ReadLap, IgnoresRecordedTagsIfImagesAreRequested) {
   Finder finder;
-  const Bytes file = record({.pictures = true});
-  const auto lap = lap_of(file, finder.function(), TagSource::Pictures);
+  const Bytes file = record({.images = true});
+  const auto lap = lap_of(file, finder.function(), TagSource::Images);
   ASSERT_TRUE(lap) << to_string(lap.error());
   ASSERT_EQ(lap->frames.size(), 10U);
   EXPECT_EQ(lap->frames[0].detections[0].tag.number, 3);
   const Bytes none = record({});
-  const auto missing = lap_of(none, finder.function(), TagSource::Pictures);
+  const auto missing = lap_of(none, finder.function(), TagSource::Images);
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::NotFound);
 }
 
 TEST(ReadLap, AFinderErrorEndsTheReading) {
   int asked = 0;
-  const Bytes file = record({.tags = false, .pictures = true});
+  const Bytes file = record({.tags = false, .images = true});
   const auto lap = lap_of(file, [&](const CameraFrame&, const CameraModel*) -> Result<TagFrame> {
     if (++asked == 3) return fail(ErrorCode::Unreadable, "stopped");
     return TagFrame{};

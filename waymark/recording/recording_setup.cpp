@@ -86,17 +86,17 @@ Status add_transforms(CameraFacts& facts, ByteSpan cdr) {
   return {};
 }
 
-Status add_picture(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
+Status add_image(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
   const auto head = cdr::decode<ImageHead>(cdr);
   if (!head) return tl::unexpected(head.error());
   facts.views.push_back({std::string(topic), frame_name(head->header.frame_id), true, head->encoding});
   return {};
 }
 
-Status add_view(CameraFacts& facts, std::string_view topic, bool picture, ByteSpan cdr) {
+Status add_view(CameraFacts& facts, std::string_view topic, bool image, ByteSpan cdr) {
   const auto head = cdr::decode<HeaderFirst>(cdr);
   if (!head) return tl::unexpected(head.error());
-  facts.views.push_back({std::string(topic), frame_name(head->header.frame_id), picture, {}});
+  facts.views.push_back({std::string(topic), frame_name(head->header.frame_id), image, {}});
   return {};
 }
 
@@ -116,7 +116,7 @@ Status add_fact(CameraFacts& facts, std::string_view topic, std::string_view typ
   if (type == ros2::CameraInfo::kType) return add_info(facts, topic, cdr);
   if (type == ros2::TFMessage::kType) return add_transforms(facts, cdr);
   if (with_topic(facts.views, topic) != nullptr || with_topic(facts.motions, topic) != nullptr) return {};
-  if (type == ros2::Image::kType) return add_picture(facts, topic, cdr);
+  if (type == ros2::Image::kType) return add_image(facts, topic, cdr);
   if (type == ros2::CompressedImage::kType) return add_view(facts, topic, true, cdr);
   if (is_tags(type)) return add_view(facts, topic, false, cdr);
   if (type == ros2::Odometry::kType) {
@@ -242,9 +242,9 @@ void CameraSelector::choose_views() {
   choose(frame, [&](const RecordedView& view) { return view.frame == frame; });
   // Tags take precedence over the images in which they were detected.
   std::map<std::string, std::vector<std::string>> topics_of_frame;
-  const bool tags = std::ranges::any_of(all, [](const RecordedView& view) { return !view.picture; });
+  const bool tags = std::ranges::any_of(all, [](const RecordedView& view) { return !view.image; });
   for (const RecordedView& view : all)
-    if (view.picture != tags) topics_of_frame[view.frame].push_back(view.topic);
+    if (view.image != tags) topics_of_frame[view.frame].push_back(view.topic);
   if (topics_of_frame.size() > 1) {
     std::string list;
     for (const auto& [name, topics] : topics_of_frame) chosen_.frames.push_back(name);
@@ -270,16 +270,16 @@ void CameraSelector::choose_views() {
 /// Keeps one of the raw, compressed and rectified copies of an image, so that tags are not detected more than
 /// once.
 void CameraSelector::keep_one_copy() {
-  std::vector<const RecordedView*> pictures;
+  std::vector<const RecordedView*> images;
   for (const RecordedView& view : views_)
-    if (view.picture) pictures.push_back(&view);
-  if (pictures.size() < 2) return;
+    if (view.image) images.push_back(&view);
+  if (images.size() < 2) return;
   const auto rank = [](const RecordedView* view) {
     return std::pair(is_rectified(view->topic), unpacked_topic(view->topic) != view->topic);
   };
-  const RecordedView* best = *std::ranges::min_element(pictures, {}, rank);
+  const RecordedView* best = *std::ranges::min_element(images, {}, rank);
   std::vector<std::string> others;
-  for (const RecordedView* view : pictures) {
+  for (const RecordedView* view : images) {
     if (view == best) continue;
     others.push_back(view->topic);
     chosen_.unused.insert(view->topic);

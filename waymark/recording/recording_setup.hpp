@@ -30,7 +30,7 @@ struct RecordedCameraInfo {
 struct RecordedView {
   std::string topic{};
   std::string frame{};
-  bool picture = false;
+  bool image = false;
   std::string encoding{};  ///< encoding of raw images
 };
 

@@ -149,16 +149,16 @@ constexpr int kJpegQuality = 92;
 
 }  // namespace
 
-Status record_picture(const CameraFrame& picture, const std::string& how, SampleRecorder& recorder) {
+Status record_image(const CameraFrame& frame, const std::string& how, SampleRecorder& recorder) {
   if (how.empty()) return {};
-  if (how == "raw") return recorder.add(picture);
-  auto bytes = encode_jpeg(picture.image, kJpegQuality);
+  if (how == "raw") return recorder.add(frame);
+  auto bytes = encode_jpeg(frame.image, kJpegQuality);
   if (!bytes) return tl::unexpected(bytes.error());
   ros2::CompressedImage message;
-  message.header = ros2::to_ros(CameraFrame{.stamp = picture.stamp, .camera = picture.camera}).header;
+  message.header = ros2::to_ros(CameraFrame{.stamp = frame.stamp, .camera = frame.camera}).header;
   message.format = "jpeg";
   message.data = std::move(*bytes);
-  return recorder.add_message(topic_of_camera(picture.camera, kCompressed), picture.stamp, message);
+  return recorder.add_message(topic_of_camera(frame.camera, kCompressed), frame.stamp, message);
 }
 
 }  // namespace waymark

@@ -106,11 +106,10 @@ namespace waymark::topics {
 
 }  // namespace waymark::topics
 
-/// Values of `record_images` and `pictures`, which specify how images are recorded.
+/// Values of `record_images` and `images`, which specify how images are recorded.
 namespace waymark {
 
 /// Records an image as `how` specifies: "raw", "jpeg" (a tenth of the size), or not at all if empty.
-[[nodiscard]] Status record_picture(const CameraFrame& picture, const std::string& how,
-                                    SampleRecorder& recorder);
+[[nodiscard]] Status record_image(const CameraFrame& image, const std::string& how, SampleRecorder& recorder);
 
 }  // namespace waymark

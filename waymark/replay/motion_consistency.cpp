@@ -160,16 +160,16 @@ struct Fit {
   double rms_rad = 0;
 };
 
-std::optional<Fit> fit(std::span<const HeadingAt> pictures, std::span<const HeadingAt> odometry,
+std::optional<Fit> fit(std::span<const HeadingAt> images, std::span<const HeadingAt> odometry,
                        double camera_latency_s, double max_latency_s) {
   LineSums sums;
-  for (const HeadingAt& seen : pictures) {
+  for (const HeadingAt& seen : images) {
     if (!heading_at(odometry, seen.time_s - max_latency_s))
       continue;  // so that the same images are used for all latencies
     const auto turned = heading_at(odometry, seen.time_s - camera_latency_s);
     if (!turned) continue;
     const double x = *turned - odometry.front().yaw_rad;
-    const double y = seen.yaw_rad - pictures.front().yaw_rad;
+    const double y = seen.yaw_rad - images.front().yaw_rad;
     sums.n += 1;
     sums.x += x;
     sums.y += y;
@@ -189,20 +189,20 @@ std::optional<Fit> fit(std::span<const HeadingAt> pictures, std::span<const Head
 
 }  // namespace
 
-std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> pictures,
+std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> images,
                                                     std::span<const HeadingAt> odometry,
                                                     double max_latency_s) {
   constexpr double kStep_s = 0.02;
   constexpr double kLeastScale = 0.15;
   constexpr double kMinResidual_rad = 0.03;  // smaller residuals need no latency to explain them
   constexpr double kBetter = 3;
-  const auto without_latency = fit(pictures, odometry, 0, max_latency_s);
+  const auto without_latency = fit(images, odometry, 0, max_latency_s);
   if (!without_latency || without_latency->rms_rad < kMinResidual_rad) return std::nullopt;
   CameraLatencyFit best{.rms_rad = without_latency->rms_rad,
                         .rms_without_latency_rad = without_latency->rms_rad};
   double scale = without_latency->scale;
   for (double camera_latency_s = kStep_s; camera_latency_s < max_latency_s; camera_latency_s += kStep_s) {
-    const auto found = fit(pictures, odometry, camera_latency_s, max_latency_s);
+    const auto found = fit(images, odometry, camera_latency_s, max_latency_s);
     if (!found || found->rms_rad >= best.rms_rad) continue;
     best.camera_latency_s = camera_latency_s;
     best.rms_rad = found->rms_rad;
@@ -724,7 +724,7 @@ void MotionSums::forget() {
 namespace {
 
 /// Number of standard deviations that is taken as the uncertainty of a pose from the tags in one image.
-constexpr double kPictureSigmas = 3;
+constexpr double kImageSigmas = 3;
 /// Two out of this many images, and one more, must contradict, because noise may hide the contradiction in an
 /// image between them.
 constexpr std::size_t kSuspectedFor = 3;
@@ -740,7 +740,7 @@ MotionConsistency::MotionConsistency(const ConsistencyOptions& options, const Ac
 void MotionConsistency::add(const Odometry& odometry) {
   if (sums_.add(odometry)) return;
   headings_.clear();
-  forget_pictures();
+  forget_images();
 }
 
 void MotionConsistency::observe(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool tags) {
@@ -750,7 +750,7 @@ void MotionConsistency::observe(const SE2& map_T_base, const Eigen::Matrix3d& co
 void MotionConsistency::observe_nothing() { notice_standstill(sums_.observe_nothing()); }
 
 void MotionConsistency::notice_standstill(const Standing& standing) {
-  if (standing.at_standstill) forget_pictures();
+  if (standing.at_standstill) forget_images();
   if (const auto& over = standing.over)
     carried_ = find_carry(over->before, over->after, over->standstill_s, options_);
 }
@@ -758,41 +758,40 @@ void MotionConsistency::notice_standstill(const Standing& standing) {
 void MotionConsistency::forget() {
   sums_.forget();
   carried_.reset();
-  forget_pictures();
+  forget_images();
   headings_.clear();
   latency_contradiction_.reset();
 }
 
-void MotionConsistency::forget_pictures() {
-  pictures_.clear();
+void MotionConsistency::forget_images() {
+  images_.clear();
   suspected_ago_.reset();
-  pictured_.reset();
+  contradiction_in_images_.reset();
 }
 
-void MotionConsistency::observe_picture(SensorTime stamp, const SE2& map_T_base,
-                                        const Eigen::Matrix3d& covariance, bool accepted) {
-  std::optional<MotionSample> picture = sums_.at(stamp);
-  if (!picture) return;
+void MotionConsistency::observe_image(SensorTime stamp, const SE2& map_T_base,
+                                      const Eigen::Matrix3d& covariance, bool accepted) {
+  std::optional<MotionSample> image = sums_.at(stamp);
+  if (!image) return;
   add_heading(stamp, map_T_base.yaw());
-  if (pictures_.empty()) picture_zero_ = stamp;
-  picture->moving_s = to_seconds(stamp - picture_zero_);
-  picture->tags = true;
-  if (!pictures_.empty() && picture->moving_s <= pictures_.back().seen.moving_s) return;
-  MotionSample estimated = *picture;
+  if (images_.empty()) image_zero_ = stamp;
+  image->moving_s = to_seconds(stamp - image_zero_);
+  image->tags = true;
+  if (!images_.empty() && image->moving_s <= images_.back().seen.moving_s) return;
+  MotionSample estimated = *image;
   const MotionSample& now = sums_.now();
-  estimated.map_T_base = now.map_T_base * (now.odom_T_base.inverse() * picture->odom_T_base);
+  estimated.map_T_base = now.map_T_base * (now.odom_T_base.inverse() * image->odom_T_base);
   estimated.covariance = now.covariance;
   estimated.tags = now.tags;
-  picture->map_T_base = map_T_base;
-  picture->covariance = covariance;
-  pictures_.push_back({*picture, estimated});
-  while (picture->moving_s - pictures_.front().seen.moving_s > kLongWindow_s + kMotionGap_s)
-    pictures_.pop_front();
-  std::optional<Contradiction> found = contradiction_of_pictures();
-  if (!found && accepted) found = push_of_pictures();
+  image->map_T_base = map_T_base;
+  image->covariance = covariance;
+  images_.push_back({*image, estimated});
+  while (image->moving_s - images_.front().seen.moving_s > kLongWindow_s + kMotionGap_s) images_.pop_front();
+  std::optional<Contradiction> found = contradiction_of_images();
+  if (!found && accepted) found = push_of_images();
   if (suspected_ago_ && ++*suspected_ago_ > kSuspectedFor) suspected_ago_.reset();
   if (!found) return;
-  if (suspected_ago_) pictured_ = found;
+  if (suspected_ago_) contradiction_in_images_ = found;
   suspected_ago_ = 0;
 }
 
@@ -819,7 +818,7 @@ void MotionConsistency::check_camera_latency() {
     turned.push_back({to_seconds(at.stamp - *sums_.zero()), gyro ? at.sums.gyro_rad : at.sums.wheels_rad});
   const auto found = find_camera_latency(headings_, turned, kMaxCameraLatency_s);
   headings_.erase(headings_.begin(), headings_.begin() + kEvery);
-  if (!found || found->camera_latency_s < options_.late_pictures_s) return;
+  if (!found || found->camera_latency_s < options_.late_images_s) return;
   // A random walk in the turns measured by the wheels also fits one latency better than another.
   const double path_m = sums_.history().back().sums.path_m - sums_.history().front().sums.path_m;
   const double walk_rad = gyro ? 0.0 : sums_.scales().turn_noise_sqrt_m * std::sqrt(path_m / 6);
@@ -833,16 +832,16 @@ void MotionConsistency::check_camera_latency() {
 
 /// The newest image before a given time; `nullopt` if images were missing at that time or have been missing
 /// since.
-std::optional<MotionConsistency::PictureIterator> MotionConsistency::picture_before(double moving_s) const {
-  const auto time_of = [](const Picture& picture) { return picture.seen.moving_s; };
-  const auto after = std::ranges::upper_bound(pictures_, moving_s + 1e-9, {}, time_of);
-  if (after == pictures_.begin()) return std::nullopt;
+std::optional<MotionConsistency::ImageIterator> MotionConsistency::image_before(double moving_s) const {
+  const auto time_of = [](const ImageEntry& image) { return image.seen.moving_s; };
+  const auto after = std::ranges::upper_bound(images_, moving_s + 1e-9, {}, time_of);
+  if (after == images_.begin()) return std::nullopt;
   const auto found = std::prev(after);
-  const auto silent = [&](const Picture& a, const Picture& b) {
+  const auto silent = [&](const ImageEntry& a, const ImageEntry& b) {
     return time_of(b) - time_of(a) > kMotionGap_s;
   };
   if (moving_s - time_of(*found) > kMotionGap_s ||
-      std::adjacent_find(found, pictures_.end(), silent) != pictures_.end())
+      std::adjacent_find(found, images_.end(), silent) != images_.end())
     return std::nullopt;
   return found;
 }
@@ -850,16 +849,16 @@ std::optional<MotionConsistency::PictureIterator> MotionConsistency::picture_bef
 /// Compares over windows of increasing length, because sudden differences show up in the shortest one. At the
 /// beginning of a window, the estimate is usually more accurate than a single image, unless it has followed
 /// slipping wheels.
-std::optional<Contradiction> MotionConsistency::contradiction_of_pictures() const {
+std::optional<Contradiction> MotionConsistency::contradiction_of_images() const {
   MotionScales known = sums_.scales();
-  known.sigmas = kPictureSigmas;
-  const double now = pictures_.back().seen.moving_s;
+  known.sigmas = kImageSigmas;
+  const double now = images_.back().seen.moving_s;
   for (const double longer : {1.0, 1.5, 2.0, 2.5, 3.0}) {
-    const auto from = picture_before(now - longer * options_.window_s);
+    const auto from = image_before(now - longer * options_.window_s);
     if (!from) return std::nullopt;
     std::vector<MotionSample> window;
-    std::transform(*from, pictures_.end(), std::back_inserter(window),
-                   [](const Picture& picture) { return picture.seen; });
+    std::transform(*from, images_.end(), std::back_inserter(window),
+                   [](const ImageEntry& image) { return image.seen; });
     if (auto found = find_tag_contradiction(window, known, options_)) return found;
     window.front() = (*from)->estimated;
     if (auto found = find_tag_contradiction(window, known, options_)) return found;
@@ -868,15 +867,15 @@ std::optional<Contradiction> MotionConsistency::contradiction_of_pictures() cons
 }
 
 /// Compares with two recent images, so that a single wrong image does not count as a contradiction.
-std::optional<Contradiction> MotionConsistency::push_of_pictures() const {
+std::optional<Contradiction> MotionConsistency::push_of_images() const {
   MotionScales known = sums_.scales();
-  known.sigmas = kPictureSigmas;
-  const MotionSample& newest = pictures_.back().seen;
+  known.sigmas = kImageSigmas;
+  const MotionSample& newest = images_.back().seen;
   for (const double part : {0.5, 1.0}) {
     const auto first =
-        std::ranges::lower_bound(pictures_, newest.moving_s - part * options_.window_s - 1e-9, {},
-                                 [](const Picture& picture) { return picture.seen.moving_s; });
-    if (pictures_.end() - first < 4) continue;
+        std::ranges::lower_bound(images_, newest.moving_s - part * options_.window_s - 1e-9, {},
+                                 [](const ImageEntry& image) { return image.seen.moving_s; });
+    if (images_.end() - first < 4) continue;
     const auto found = find_push(first->seen, newest, known, options_);
     if (found && find_push(std::next(first)->seen, newest, known, options_)) return found;
   }
@@ -896,7 +895,7 @@ std::optional<Contradiction> MotionConsistency::contradiction() const {
   const auto newest = std::ranges::lower_bound(samples, samples.back().moving_s - options_.window_s - 1e-9,
                                                {}, &MotionSample::moving_s);
   if (auto found = find_contradiction({newest, samples.end()}, sums_.scales(), options_)) return found;
-  if (pictured_) return pictured_;
+  if (contradiction_in_images_) return contradiction_in_images_;
   if (latency_contradiction_) return latency_contradiction_;
   ConsistencyOptions longer = options_;
   longer.window_s = std::max(options_.window_s, kLongWindow_s);

@@ -65,7 +65,7 @@ struct CameraLatencyFit {
 /// Fits the camera latency, up to `max_latency_s`, for which scaled headings from odometry best match those
 /// from images (least squares on a grid). `nullopt` if the turns are too uniform or another latency fits
 /// nearly as well. Both inputs must be in time order. O(images log odometry). Pure.
-[[nodiscard]] std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> pictures,
+[[nodiscard]] std::optional<CameraLatencyFit> find_camera_latency(std::span<const HeadingAt> images,
                                                                   std::span<const HeadingAt> odometry,
                                                                   double max_latency_s);
 
@@ -76,7 +76,7 @@ struct ConsistencyOptions {
   double pushed_m = 0.10;
   double pushed_rad = 0.2;
   double slipped_m = 0.15;
-  double late_pictures_s = 0.2;  ///< limit for the camera latency found by find_camera_latency()
+  double late_images_s = 0.2;  ///< limit for the camera latency found by find_camera_latency()
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -108,9 +108,9 @@ struct ConsistencyOptions {
                 "uncertainty. Slipping wheels may explain it, but the robot may have been carried back.",
                 0.01, 10});
     visit(
-        self.late_pictures_s,
+        self.late_images_s,
         Field{
-            "late_pictures_s",
+            "late_images_s",
             "Stop when turns observed with tags follow those of odometry by more than this time: images are "
             "stamped too late.",
             0.05, 10});
@@ -280,8 +280,8 @@ class MotionConsistency {
   /// Adds the current estimate. `tags`: whether a tag was accepted recently.
   void observe(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool tags);
   /// Adds a pose from the tags in one image alone. `accepted`: whether the filter used these tags.
-  void observe_picture(SensorTime stamp, const SE2& map_T_base, const Eigen::Matrix3d& covariance,
-                       bool accepted);
+  void observe_image(SensorTime stamp, const SE2& map_T_base, const Eigen::Matrix3d& covariance,
+                     bool accepted);
   /// To be called when there is no current estimate.
   void observe_nothing();
 
@@ -294,17 +294,17 @@ class MotionConsistency {
 
  private:
   /// The pose from the tags in one image, and the estimate at that time.
-  struct Picture {
+  struct ImageEntry {
     MotionSample seen{};
     MotionSample estimated{};
   };
-  using PictureIterator = std::deque<Picture>::const_iterator;
+  using ImageIterator = std::deque<ImageEntry>::const_iterator;
 
   void notice_standstill(const Standing& standing);
-  [[nodiscard]] std::optional<PictureIterator> picture_before(double moving_s) const;
-  [[nodiscard]] std::optional<Contradiction> contradiction_of_pictures() const;
-  [[nodiscard]] std::optional<Contradiction> push_of_pictures() const;
-  void forget_pictures();
+  [[nodiscard]] std::optional<ImageIterator> image_before(double moving_s) const;
+  [[nodiscard]] std::optional<Contradiction> contradiction_of_images() const;
+  [[nodiscard]] std::optional<Contradiction> push_of_images() const;
+  void forget_images();
   void add_heading(SensorTime stamp, double yaw_rad);
   void check_camera_latency();
 
@@ -313,10 +313,11 @@ class MotionConsistency {
   std::optional<Contradiction> carried_{};  ///< carry during the last standstill
   std::vector<HeadingAt> headings_{};       ///< headings from images since the first odometry sample
   std::optional<Contradiction> latency_contradiction_{};
-  std::deque<Picture> pictures_{};  ///< moving_s counts from picture_zero_
-  SensorTime picture_zero_{};
+  std::deque<ImageEntry> images_{};  ///< moving_s counts from image_zero_
+  SensorTime image_zero_{};
   std::optional<std::size_t> suspected_ago_{};  ///< number of images since the newest one that contradicts
-  std::optional<Contradiction> pictured_{};     ///< contradiction found in two of the newest images
+  std::optional<Contradiction>
+      contradiction_in_images_{};  ///< contradiction found in two of the newest images
 };
 
 }  // namespace waymark

@@ -20,7 +20,7 @@ namespace {
 double heading(double time_s) { return 0.6 * std::sin(0.9 * time_s) + 0.2 * time_s; }
 
 struct Drive {
-  std::vector<HeadingAt> pictures;
+  std::vector<HeadingAt> images;
   std::vector<HeadingAt> odometry;
 };
 
@@ -30,7 +30,7 @@ Drive drive(double camera_latency_s, double gain, std::uint64_t seed) {
   for (int i = 0; i < 450; ++i) made.odometry.push_back({0.02 * i, heading(0.02 * i) / gain});
   for (int i = 10; i < 130; ++i) {
     const double t = i / 15.0;
-    made.pictures.push_back({t, heading(t - camera_latency_s) + random.normal(0, 0.006)});
+    made.images.push_back({t, heading(t - camera_latency_s) + random.normal(0, 0.006)});
   }
   return made;
 }
@@ -39,7 +39,7 @@ TEST(FindCameraLatency, DoesNotDependOnTheScaleOfTheTurns) {
   for (const double gain : {0.3, 1.0}) {
     for (const double camera_latency_s : {0.2, 0.3, 0.45}) {
       const Drive d = drive(camera_latency_s, gain, 7);
-      const auto found = find_camera_latency(d.pictures, d.odometry, 0.8);
+      const auto found = find_camera_latency(d.images, d.odometry, 0.8);
       ASSERT_TRUE(found) << camera_latency_s;
       EXPECT_NEAR(found->camera_latency_s, camera_latency_s, 0.04);
       EXPECT_LT(found->rms_rad, 0.015);
@@ -49,15 +49,14 @@ TEST(FindCameraLatency, DoesNotDependOnTheScaleOfTheTurns) {
 
 TEST(FindCameraLatency, NoneForImagesInTimeOrWithoutTurns) {
   const Drive in_time = drive(0, 0.6, 8);
-  EXPECT_FALSE(find_camera_latency(in_time.pictures, in_time.odometry, 0.8));
+  EXPECT_FALSE(find_camera_latency(in_time.images, in_time.odometry, 0.8));
   Drive even = drive(0.3, 1, 9);
-  for (auto* headings : {&even.pictures, &even.odometry})
+  for (auto* headings : {&even.images, &even.odometry})
     for (HeadingAt& at : *headings) at.yaw_rad = 0.4 * at.time_s;  // the latency is unobservable on a circle
-  EXPECT_FALSE(find_camera_latency(even.pictures, even.odometry, 0.8));
+  EXPECT_FALSE(find_camera_latency(even.images, even.odometry, 0.8));
   Drive stuck = drive(0.3, 1, 10);
-  for (HeadingAt& at : stuck.pictures) at.yaw_rad = 0.3;
-  EXPECT_FALSE(find_camera_latency(stuck.pictures, stuck.odometry, 0.8))
-      << "a frozen camera is not a latency";
+  for (HeadingAt& at : stuck.images) at.yaw_rad = 0.3;
+  EXPECT_FALSE(find_camera_latency(stuck.images, stuck.odometry, 0.8)) << "a frozen camera is not a latency";
 }
 
 /// Velocities reported by each source for a robot turning left.
@@ -285,7 +284,7 @@ std::optional<Contradiction> bend_by_wheels(double measured_share, const Odometr
     consistency.add(Odometry{.stamp = stamp, .odom_T_base = odom});
     consistency.command({0.3, 0.5 * measured_share}, kDt_s);
     consistency.observe(truth, P, true);
-    if (i % 2 == 0) consistency.observe_picture(stamp, truth, P, true);
+    if (i % 2 == 0) consistency.observe_image(stamp, truth, P, true);
     if (!found) found = consistency.contradiction();
     odom = odom * SE2::exp({0.3 * kDt_s, 0, 0.5 * measured_share * kDt_s});
     truth = truth * SE2::exp({0.3 * kDt_s, 0, 0.5 * kDt_s});
@@ -320,7 +319,7 @@ std::optional<Contradiction> drive_with_slow_part(double slow_s, double speed_m_
     consistency.add(ImuSample{.stamp = stamp, .angular_velocity_rad_s = {0, 0, bias_rad_s + 1e-6 * (i % 7)}});
     consistency.command({speed, 0}, kDt_s);
     consistency.observe(truth, P, true);
-    consistency.observe_picture(stamp, truth, P, true);
+    consistency.observe_image(stamp, truth, P, true);
     if (auto found = consistency.contradiction()) return found;
     odom = odom * SE2::exp({speed * kDt_s, 0, 0});
     truth = truth * SE2::exp({speed * kDt_s, 0, 0});
@@ -346,7 +345,7 @@ std::optional<double> seconds_until_found(double aside_m_s, std::uint64_t seed) 
   SE2 odom;
   SE2 truth;
   const Eigen::Vector3d sigma(0.006, 0.006, 0.009);
-  const Eigen::Matrix3d of_picture = sigma.cwiseAbs2().asDiagonal();
+  const Eigen::Matrix3d of_image = sigma.cwiseAbs2().asDiagonal();
   const Eigen::Matrix3d of_estimate = Eigen::Vector3d(1e-5, 1e-5, 9e-6).asDiagonal();
   for (int i = 0; i < 160; ++i) {
     const SensorTime stamp(std::chrono::milliseconds(50 * i));
@@ -355,10 +354,10 @@ std::optional<double> seconds_until_found(double aside_m_s, std::uint64_t seed) 
     consistency.command({0.3, 0}, kDt_s);
     consistency.observe(truth, of_estimate, true);
     const Eigen::Vector3d noise(random.normal(), random.normal(), random.normal());
-    consistency.observe_picture(stamp,
-                                SE2(truth.x() + sigma.x() * noise.x(), truth.y() + sigma.y() * noise.y(),
-                                    truth.yaw() + sigma.z() * noise.z()),
-                                of_picture, true);
+    consistency.observe_image(stamp,
+                              SE2(truth.x() + sigma.x() * noise.x(), truth.y() + sigma.y() * noise.y(),
+                                  truth.yaw() + sigma.z() * noise.z()),
+                              of_image, true);
     if (consistency.contradiction()) return kDt_s * i - kFrom_s;
     odom = odom * SE2::exp({0.3 * kDt_s, 0, 0});
     truth = truth * SE2::exp({0.3 * kDt_s, 0, 0});

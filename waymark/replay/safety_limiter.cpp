@@ -40,9 +40,9 @@ std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const S
   if (!(in.scan_age_s <= options.max_scan_age_s))
     return fmt::format("the newest lidar scan is {:.2f} s old (limit {:.2f} s)", in.scan_age_s,
                        options.max_scan_age_s);
-  if (!(in.picture_age_s <= options.max_picture_age_s))
+  if (!(in.image_age_s <= options.max_image_age_s))
     return fmt::format("the newest image is {:.2f} s old (limit {:.2f} s). Is the camera connected?",
-                       in.picture_age_s, options.max_picture_age_s);
+                       in.image_age_s, options.max_image_age_s);
   if (!(in.blind_m <= in.taught_blind_m + options.max_blind_m))
     return fmt::format(
         "no accepted tag for {:.2f} m (limit {:.2f} m: {:.2f} m more than in the taught lap){}{}", in.blind_m,

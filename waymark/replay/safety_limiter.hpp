@@ -21,7 +21,7 @@ struct SafetyOptions {
   double max_yaw_acceleration_rad_s2 = 6.0;
   double max_odometry_age_s = 0.3;
   double max_scan_age_s = 0.5;
-  double max_picture_age_s = 1.0;
+  double max_image_age_s = 1.0;
   double max_blind_m = 0.5;
   double slow_position_sigma_m = 0.05;
   double stop_position_sigma_m = 0.10;
@@ -52,8 +52,8 @@ struct SafetyOptions {
         self.max_scan_age_s,
         Field{"max_scan_age_s",
               "Maximum age of the newest lidar scan once one was received; stops when exceeded.", 0.05, 10});
-    visit(self.max_picture_age_s,
-          Field{"max_picture_age_s",
+    visit(self.max_image_age_s,
+          Field{"max_image_age_s",
                 "Maximum age of the newest image once one was received; stops when exceeded.", 0.1, 60});
     visit(
         self.max_blind_m,
@@ -95,7 +95,7 @@ struct SafetyInputs {
   double odometry_age_s = 0;
   double gyro_age_s = 0;      ///< 0 if the robot has no gyro
   double scan_age_s = 0;      ///< 0 if the robot has no lidar
-  double picture_age_s = 0;   ///< 0 before the first image
+  double image_age_s = 0;     ///< 0 before the first image
   double blind_m = 0;         ///< distance driven since the last accepted tag
   double taught_blind_m = 0;  ///< longest distance without a tag in the taught lap
   std::string missed{};       ///< description of tags that were expected but not found

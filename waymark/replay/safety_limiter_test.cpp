@@ -76,7 +76,7 @@ TEST(SafetyLimiter, EveryReasonStopsAndIsReported) {
   expect_stop([](auto& in) { in.odometry_age_s = -0.5; }, {"odometry", "0.50 s"});
   expect_stop([](auto& in) { in.gyro_age_s = 0.4; }, {"gyro", "0.40 s", "0.30 s"});
   expect_stop([](auto& in) { in.scan_age_s = 0.6; }, {"lidar", "0.60 s", "0.50 s"});
-  expect_stop([](auto& in) { in.picture_age_s = 1.1; }, {"image", "1.10 s", "1.00 s"});
+  expect_stop([](auto& in) { in.image_age_s = 1.1; }, {"image", "1.10 s", "1.00 s"});
   expect_stop([](auto& in) { in.blind_m = 0.6; }, {"0.60 m", "limit 0.50 m", "0.50 m more"});
   expect_stop(
       [](auto& in) {

@@ -52,24 +52,24 @@ bool FrameOrder::pass(const Sample& sample) {
   return false;
 }
 
-void PictureQueue::push(CameraFrame picture) {
-  const auto older = std::ranges::find(waiting_, picture.camera, &CameraFrame::camera);
+void ImageQueue::push(CameraFrame image) {
+  const auto older = std::ranges::find(waiting_, image.camera, &CameraFrame::camera);
   if (older == waiting_.end()) {
-    waiting_.push_back(std::move(picture));
+    waiting_.push_back(std::move(image));
     return;
   }
-  *older = std::move(picture);
+  *older = std::move(image);
   ++dropped_;
 }
 
-std::optional<CameraFrame> PictureQueue::pop() {
+std::optional<CameraFrame> ImageQueue::pop() {
   if (waiting_.empty()) return std::nullopt;
-  CameraFrame picture = std::move(waiting_.front());
+  CameraFrame image = std::move(waiting_.front());
   waiting_.pop_front();
-  return picture;
+  return image;
 }
 
-RobotLoop::RobotLoop(Source& source, Robot& robot, Pacing pacing, PictureSearch search,
+RobotLoop::RobotLoop(Source& source, Robot& robot, Pacing pacing, ImageSearch search,
                      const RobotLoopOptions& options)
     : source_(source),
       robot_(robot),
@@ -84,14 +84,14 @@ Status RobotLoop::receive(Sample sample, const RobotListener& listener) {
     return {};
   }
   robot_reports_commands_ = robot_reports_commands_ || std::holds_alternative<StampedCommand>(sample);
-  auto* picture = std::get_if<CameraFrame>(&sample);
-  if (picture == nullptr || search_.finder == nullptr) return listener.on_sample(sample);
-  pictures_.push(std::move(*picture));
+  auto* image = std::get_if<CameraFrame>(&sample);
+  if (image == nullptr || search_.finder == nullptr) return listener.on_sample(sample);
+  images_.push(std::move(*image));
   return {};
 }
 
 Duration RobotLoop::patience() const {
-  if (!pictures_.empty()) return Duration(0);
+  if (!images_.empty()) return Duration(0);
   if (pacing_.lockstep) return options_.resend;
   return std::clamp(next_decision_ - uptime(), Duration(0), options_.period);
 }
@@ -100,7 +100,7 @@ Status RobotLoop::take_event(const RobotListener& listener) {
   Result<std::optional<RobotEvent>> event = source_.next(patience());
   if (!event) return tl::unexpected(event.error());
   if (!*event) {  // in lockstep, this means that the response was lost
-    return pacing_.lockstep && pictures_.empty() && !options_.listen_only ? robot_.command(last_) : Status();
+    return pacing_.lockstep && images_.empty() && !options_.listen_only ? robot_.command(last_) : Status();
   }
   if (const auto* text = std::get_if<RobotText>(&**event)) listener.on_text(text->text);
   if (std::holds_alternative<CommandRequest>(**event)) due_ = true;
@@ -110,15 +110,15 @@ Status RobotLoop::take_event(const RobotListener& listener) {
 
 /// Searches the pending image if there is no other pending event. In lockstep every image is searched,
 /// otherwise only the newest.
-Status RobotLoop::search_picture(const RobotListener& listener) {
-  if (pictures_.empty() || (!pacing_.lockstep && source_.more())) return {};
-  const CameraFrame picture = *pictures_.pop();
-  if (Status status = listener.on_sample(picture); !status) return status;
-  const MountedCamera* camera = find_camera(search_.cameras, picture.camera);
-  TagSequence& sequence = sequences_.try_emplace(picture.camera, *search_.finder).first->second;
+Status RobotLoop::search_image(const RobotListener& listener) {
+  if (images_.empty() || (!pacing_.lockstep && source_.more())) return {};
+  const CameraFrame frame = *images_.pop();
+  if (Status status = listener.on_sample(frame); !status) return status;
+  const MountedCamera* camera = find_camera(search_.cameras, frame.camera);
+  TagSequence& sequence = sequences_.try_emplace(frame.camera, *search_.finder).first->second;
   const auto expected =
-      camera != nullptr ? listener.expected(*camera, picture.stamp) : std::vector<ExpectedTag>();
-  auto found = sequence.find(picture.image, camera != nullptr ? &camera->camera : nullptr, expected);
+      camera != nullptr ? listener.expected(*camera, frame.stamp) : std::vector<ExpectedTag>();
+  auto found = sequence.find(frame.image, camera != nullptr ? &camera->camera : nullptr, expected);
   if (!found) {  // a single failure does not end the drive; if all searches fail, the age of the last image
                  // stops the robot
     listener.on_text("an image was skipped: " + to_string(found.error()));
@@ -126,7 +126,7 @@ Status RobotLoop::search_picture(const RobotListener& listener) {
   }
   due_ = due_ || !pacing_.lockstep;
   if (!expected.empty()) listener.on_missed(std::move(found->missed));
-  return listener.on_sample(TagFrame{picture.stamp, picture.camera, std::move(found->detections)});
+  return listener.on_sample(TagFrame{frame.stamp, frame.camera, std::move(found->detections)});
 }
 
 Status RobotLoop::send(const VelocityCommand& command, SensorTime now, const RobotListener& listener) {
@@ -161,7 +161,7 @@ Status RobotLoop::run(const RobotListener& listener, RobotLoopEnd& end) {
     end.timed_out = to_seconds(uptime()) >= options_.timeout_s;
     if (end.interrupted || end.timed_out) break;
     Status status = take_event(listener);
-    if (status) status = search_picture(listener);
+    if (status) status = search_image(listener);
     if (status) status = decide(listener, end);
     if (!status) return status;
   }

@@ -53,10 +53,10 @@ class FrameOrder {
 
 /// Images waiting to be searched. Only the newest image from each camera is kept, so that a slow detector
 /// does not search outdated ones.
-class PictureQueue {
+class ImageQueue {
  public:
   /// Replaces a waiting image from the same camera, which then counts as dropped.
-  void push(CameraFrame picture);
+  void push(CameraFrame image);
   /// Returns the image that has waited longest; `nullopt` if the queue is empty.
   [[nodiscard]] std::optional<CameraFrame> pop();
   [[nodiscard]] bool empty() const { return waiting_.empty(); }
@@ -98,7 +98,7 @@ struct RobotListener {
 
 /// How tags are detected in images from a robot. If there is no finder, images are passed on like any other
 /// sample.
-struct PictureSearch {
+struct ImageSearch {
   const TagFinder* finder = nullptr;     ///< finder, which must outlive the loop
   std::vector<MountedCamera> cameras{};  ///< cameras with lens models, for tag edges that are curved; other
                                          ///< cameras are assumed to be free of distortion
@@ -128,20 +128,20 @@ struct RobotLoopEnd {
 class RobotLoop {
  public:
   /// The source and the robot must outlive the loop.
-  RobotLoop(Source& source, Robot& robot, Pacing pacing, PictureSearch search = {},
+  RobotLoop(Source& source, Robot& robot, Pacing pacing, ImageSearch search = {},
             const RobotLoopOptions& options = {});
 
   /// Drives until the driver is done, the time is up, should_stop() returns true, or an error occurs.
   Result<RobotLoopEnd> drive(const RobotListener& listener);
   /// Number of images that were not searched because the detector was too slow.
-  [[nodiscard]] int dropped_pictures() const { return pictures_.dropped(); }
+  [[nodiscard]] int dropped_images() const { return images_.dropped(); }
   /// Whether any image was searched for tags.
   [[nodiscard]] bool searched() const { return !sequences_.empty(); }
 
  private:
   Status take_event(const RobotListener& listener);
   Status receive(Sample sample, const RobotListener& listener);
-  Status search_picture(const RobotListener& listener);
+  Status search_image(const RobotListener& listener);
   Status decide(const RobotListener& listener, RobotLoopEnd& end);
   Status send(const VelocityCommand& command, SensorTime now, const RobotListener& listener);
   Status run(const RobotListener& listener, RobotLoopEnd& end);
@@ -152,10 +152,10 @@ class RobotLoop {
   Source& source_;
   Robot& robot_;
   Pacing pacing_;
-  PictureSearch search_;
+  ImageSearch search_;
   RobotLoopOptions options_;
   FrameOrder order_{};
-  PictureQueue pictures_{};
+  ImageQueue images_{};
   std::map<std::string, TagSequence> sequences_{};  ///< tag sequences by camera name
   bool due_ = false;
   Duration began_{};

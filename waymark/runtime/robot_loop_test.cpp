@@ -72,7 +72,7 @@ class FakeFinder final : public Detector {
   }
 };
 
-CameraFrame picture(Duration when, std::uint8_t number, const std::string& camera = "cam") {
+CameraFrame frame_at(Duration when, std::uint8_t number, const std::string& camera = "cam") {
   CameraFrame frame{.stamp = at(when), .camera = camera, .image = Image(1, 1)};
   frame.image.row(0)[0] = number;
   return frame;
@@ -121,7 +121,7 @@ TEST(RobotLoop, SkipsImagesOlderThanTheNewest) {
   FakeRobot robot;
   const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
   const auto schedule = [&](int ms, int stamp_ms, const std::string& camera) {
-    robot.schedule(milliseconds(ms), Sample(picture(milliseconds(stamp_ms), 1, camera)));
+    robot.schedule(milliseconds(ms), Sample(frame_at(milliseconds(stamp_ms), 1, camera)));
   };
   schedule(100, 90, "left");
   schedule(200, 80, "left");   // older than the previous frame
@@ -188,15 +188,15 @@ TEST(RobotLoop, RecordsTheCommandsThatARobotReports) {
 
 TEST(RobotLoop, SearchesOnlyTheNewestImagePerCameraInRealTime) {
   FakeRobot robot;
-  robot.schedule(milliseconds(1), Sample(picture(milliseconds(1), 1)));
-  robot.schedule(milliseconds(1), Sample(picture(milliseconds(1), 10, "rear")));
-  robot.schedule(milliseconds(1), Sample(picture(milliseconds(1), 2)));
-  robot.schedule(milliseconds(1), Sample(picture(milliseconds(1), 3)));
+  robot.schedule(milliseconds(1), Sample(frame_at(milliseconds(1), 1)));
+  robot.schedule(milliseconds(1), Sample(frame_at(milliseconds(1), 10, "rear")));
+  robot.schedule(milliseconds(1), Sample(frame_at(milliseconds(1), 2)));
+  robot.schedule(milliseconds(1), Sample(frame_at(milliseconds(1), 3)));
   Driver driver{.decisions = 4};
   const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
   RobotLoop loop(robot, robot, robot.pacing(false), {.finder = &finder});
   ASSERT_TRUE(loop.drive(driver.listener()));
-  EXPECT_EQ(loop.dropped_pictures(), 2);
+  EXPECT_EQ(loop.dropped_images(), 2);
   const auto found = driver.all<TagFrame>();
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].detections.at(0).tag.number, 3);
@@ -209,7 +209,7 @@ TEST(RobotLoop, SearchesOnlyTheNewestImagePerCameraInRealTime) {
 TEST(RobotLoop, ReportsExpectedTagsThatWereNotFound) {
   FakeRobot robot;
   for (const int ms : {10, 60, 110}) {
-    CameraFrame frame = picture(milliseconds(ms), 1);
+    CameraFrame frame = frame_at(milliseconds(ms), 1);
     frame.image = Image(64, 64, 1);
     robot.schedule(milliseconds(ms), Sample(std::move(frame)));
   }
@@ -238,7 +238,7 @@ TEST(RobotLoop, ReportsExpectedTagsThatWereNotFound) {
 TEST(RobotLoop, DecidesImmediatelyAfterAnImage) {
   FakeRobot robot;
   robot.schedule(milliseconds(0), Sample(Odometry{}));
-  robot.schedule(milliseconds(20), Sample(picture(milliseconds(20), 1)));
+  robot.schedule(milliseconds(20), Sample(frame_at(milliseconds(20), 1)));
   Driver driver{.decisions = 3};
   const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
   ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(false), {.finder = &finder}).drive(driver.listener()));
@@ -251,8 +251,8 @@ TEST(RobotLoop, SearchesEveryImageInLockstepAndDecidesOnRequest) {
   FakeRobot robot;
   for (int i = 1; i <= 3; ++i) {
     const Duration now = milliseconds(50 * i);
-    robot.schedule(now, Sample(picture(now, static_cast<std::uint8_t>(2 * i - 1))));
-    robot.schedule(now, Sample(picture(now, static_cast<std::uint8_t>(2 * i))));
+    robot.schedule(now, Sample(frame_at(now, static_cast<std::uint8_t>(2 * i - 1))));
+    robot.schedule(now, Sample(frame_at(now, static_cast<std::uint8_t>(2 * i))));
     robot.schedule(now, CommandRequest{at(now)});
   }
   Driver driver{.decisions = 3};
@@ -260,7 +260,7 @@ TEST(RobotLoop, SearchesEveryImageInLockstepAndDecidesOnRequest) {
   RobotLoop loop(robot, robot, robot.pacing(true), {.finder = &finder});
   const auto end = loop.drive(driver.listener());
   ASSERT_TRUE(end && end->done);
-  EXPECT_EQ(loop.dropped_pictures(), 0);
+  EXPECT_EQ(loop.dropped_images(), 0);
   EXPECT_EQ(driver.all<TagFrame>().size(), 6U);
   EXPECT_EQ(driver.uptimes, (std::vector<Duration>{milliseconds(50), milliseconds(100), milliseconds(150)}));
   EXPECT_EQ(robot.commands.size(), 3U) << "one response per request";
@@ -332,7 +332,7 @@ TEST(RobotLoop, EveryEndSendsZero) {
 TEST(RobotLoop, AnyErrorIsReturnedAndStopsTheRobot) {
   const auto drive = [](FakeRobot& robot, Driver driver) {
     robot.schedule(milliseconds(0), Sample(Odometry{}));
-    robot.schedule(milliseconds(300), Sample(picture(milliseconds(300), 255)));
+    robot.schedule(milliseconds(300), Sample(frame_at(milliseconds(300), 255)));
     const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
     const auto end =
         RobotLoop(robot, robot, robot.pacing(false), {.finder = &finder}).drive(driver.listener());
@@ -357,8 +357,8 @@ TEST(RobotLoop, AnyErrorIsReturnedAndStopsTheRobot) {
 TEST(RobotLoop, SkipsAndReportsAnUnreadableImage) {
   FakeRobot robot;
   robot.schedule(milliseconds(0), Sample(Odometry{}));
-  robot.schedule(milliseconds(20), Sample(picture(milliseconds(20), 255)));
-  robot.schedule(milliseconds(60), Sample(picture(milliseconds(60), 7)));
+  robot.schedule(milliseconds(20), Sample(frame_at(milliseconds(20), 255)));
+  robot.schedule(milliseconds(60), Sample(frame_at(milliseconds(60), 7)));
   Driver driver{.decisions = 10};
   const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
   ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(false), {.finder = &finder}).drive(driver.listener()));

@@ -204,13 +204,13 @@ TEST(TeachSession, AnyErrorEndsItWithZeroAndKeepsTheSamples) {
 }
 
 TEST(LapMonitor, PassesImagesOnWithoutSearchingThem) {
-  int pictures = 0;
+  int images = 0;
   LapMonitor lap(tiny_setup(), {}, {.on_sample = [&](const Sample& sample) {
-                   pictures += std::holds_alternative<CameraFrame>(sample) ? 1 : 0;
+                   images += std::holds_alternative<CameraFrame>(sample) ? 1 : 0;
                    return Status();
                  }});
   ASSERT_TRUE(lap.receive(CameraFrame{.image = Image(1, 1)}));
-  EXPECT_EQ(pictures, 1);
+  EXPECT_EQ(images, 1);
   EXPECT_EQ(lap.summary().frames, 0);
 }
 

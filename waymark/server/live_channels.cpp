@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-constexpr int kPictureQuality = 80;
+constexpr int kImageQuality = 80;
 constexpr const char* kCompressed = "/image_raw/compressed";
 constexpr const char* kNis = "/waymark/nis";
 constexpr const char* kMap = "/waymark/map";
@@ -43,11 +43,11 @@ void LiveChannels::put(const std::string& topic, const Message& message, std::in
   if (known_[id].latched) latched_[id] = out.back();
 }
 
-void LiveChannels::put_picture(const CameraFrame& frame, std::int64_t host_ns,
-                               const std::set<std::uint32_t>& wanted, std::vector<LiveMessage>& out) {
+void LiveChannels::put_image(const CameraFrame& frame, std::int64_t host_ns,
+                             const std::set<std::uint32_t>& wanted, std::vector<LiveMessage>& out) {
   const std::string topic = topic_of_camera(frame.camera, kCompressed);
   if (!target(topic, ros2::CompressedImage::kType, wanted).wanted) return;
-  auto jpeg = encode_jpeg(frame.image, kPictureQuality);
+  auto jpeg = encode_jpeg(frame.image, kImageQuality);
   if (!jpeg) return;  // images may have no pixels
   const CameraFrame head{.stamp = frame.stamp, .camera = frame.camera};
   put(topic,
@@ -89,7 +89,7 @@ std::vector<LiveMessage> LiveChannels::encode(const LiveSample& sample,
         [&](const auto& value) {
           using Kind = std::remove_cvref_t<decltype(value)>;
           if constexpr (std::is_same_v<Kind, CameraFrame>)
-            put_picture(value, sample.host_ns, wanted, out);
+            put_image(value, sample.host_ns, wanted, out);
           else if constexpr (requires { value.camera; })
             put(topic_of_camera(value.camera, topics::of(value)), ros2::to_ros(value), sample.host_ns, wanted,
                 out);

@@ -14,11 +14,11 @@ constexpr std::size_t kMaxSpare = 4;
 
 void LiveFeed::publish(const Sample& sample, std::int64_t host_ns) {
   if (!listening_.load(std::memory_order_relaxed)) return;
-  const auto* picture = std::get_if<CameraFrame>(&sample);
-  if (picture == nullptr || spare_.empty()) return add({sample, host_ns});
+  const auto* image = std::get_if<CameraFrame>(&sample);
+  if (image == nullptr || spare_.empty()) return add({sample, host_ns});
   CameraFrame copy = std::move(spare_.back());
   spare_.pop_back();
-  copy = *picture;
+  copy = *image;
   add({Sample(std::move(copy)), host_ns});
 }
 
@@ -102,9 +102,9 @@ LiveFeed::Updates LiveFeed::take() {
   return updates;
 }
 
-void LiveFeed::give_back(CameraFrame picture) {
+void LiveFeed::give_back(CameraFrame image) {
   const std::scoped_lock hand(box_);
-  if (box_spare_.size() < kMaxSpare) box_spare_.push_back(std::move(picture));
+  if (box_spare_.size() < kMaxSpare) box_spare_.push_back(std::move(image));
 }
 
 std::vector<ViewerOrder> LiveFeed::take_orders() {

@@ -31,7 +31,7 @@ struct LiveStatus {
   std::string halted = {};           ///< why the replay is halted; empty if it is not
   double driven_m = 0;
   double goal_m = 0;
-  int dropped_pictures = 0;  ///< number of images that arrived faster than they could be processed
+  int dropped_images = 0;  ///< number of images that arrived faster than they could be processed
 
   friend bool operator==(const LiveStatus&, const LiveStatus&) = default;
 };
@@ -101,7 +101,7 @@ class LiveFeed {
   void set_listening(bool anybody) { listening_.store(anybody); }
   [[nodiscard]] Updates take();
   /// Returns an image that is no longer needed to the loop, so that its memory can be reused.
-  void give_back(CameraFrame picture);
+  void give_back(CameraFrame image);
   void order(const ViewerOrder& order);
   void set_control(Control control) { control_.store(control); }
 

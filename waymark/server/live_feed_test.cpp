@@ -52,7 +52,7 @@ TEST(LiveFeed, MemoryIsBoundedWithoutAServer) {
 TEST(LiveFeed, ReusesTheMemoryOfReturnedImages) {
   LiveFeed feed;
   feed.set_listening(true);
-  const auto picture_of = [](std::uint8_t grey) {
+  const auto image_of = [](std::uint8_t grey) {
     CameraFrame frame{.image = Image(64, 48)};
     frame.image.row(47)[63] = grey;
     return frame;
@@ -60,7 +60,7 @@ TEST(LiveFeed, ReusesTheMemoryOfReturnedImages) {
   const auto taken = [&] { return std::get<CameraFrame>(std::get<Sample>(feed.take().samples.at(0).value)); };
   const std::uint8_t* place = nullptr;
   for (std::uint8_t grey = 1; grey < 10; ++grey) {
-    feed.publish(Sample(picture_of(grey)), grey);
+    feed.publish(Sample(image_of(grey)), grey);
     LiveFeed::Updates updates = feed.take();
     ASSERT_EQ(updates.samples.size(), 1u);
     auto& frame = std::get<CameraFrame>(std::get<Sample>(updates.samples[0].value));

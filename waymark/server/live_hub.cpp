@@ -142,8 +142,8 @@ void LiveHub::tick(Duration now) {
     auto* received = std::get_if<Sample>(&sample.value);
     if (received != nullptr) health_.receive(*received, Duration(sample.host_ns));
     std::ranges::move(channels_.encode(sample, subscribed), std::back_inserter(messages));
-    auto* picture = received != nullptr ? std::get_if<CameraFrame>(received) : nullptr;
-    if (picture != nullptr) feed_.give_back(std::move(*picture));
+    auto* image = received != nullptr ? std::get_if<CameraFrame>(received) : nullptr;
+    if (image != nullptr) feed_.give_back(std::move(*image));
   }
   for (auto& [id, client] : clients_) {
     advertise(client);

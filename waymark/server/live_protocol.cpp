@@ -258,7 +258,7 @@ std::string state_json(const LiveStatus& status, const std::vector<HealthLight>&
                   {"halted", status.halted},
                   {"driven_m", status.driven_m},
                   {"goal_m", status.goal_m},
-                  {"dropped_pictures", status.dropped_pictures},
+                  {"dropped_images", status.dropped_images},
                   {"dropped_samples", dropped},
                   {"lights", std::move(list)}});
 }

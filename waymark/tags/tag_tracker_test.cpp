@@ -46,7 +46,7 @@ TrackingOptions options_here() {
 TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
 
 /// Three tags that drift and rotate.
-Image picture(int step) {
+Image image_of_step(int step) {
   Image image(640, 480, 140);
   const double t = step;
   paint_tag(image, tag(1), square_corners({120 + 3.5 * t, 110 + 1.2 * t}, 40, 0.3 + 0.01 * t));
@@ -62,7 +62,7 @@ TEST(TagTracker, FindsTheTagsOfTheWholeImageReadingFewPixels) {
   TagTracker tracker = TagTracker::make(detector, options_here()).value();
   long tracked_pixels = 0;
   for (int step = 0; step < 16; ++step) {
-    const Image image = picture(step);
+    const Image image = image_of_step(step);
     detector.pixels = 0;
     const TrackedTags found = tracker.next(image).value();
     EXPECT_EQ(found.whole, step % 8 == 0) << step;
@@ -243,7 +243,7 @@ TEST(TagSequence, TracksIfTheFinderEnablesIt) {
     TagSequence sequence(finder);
     for (int step = 0; step < 3; ++step) {
       detector.pixels = 0;
-      const Image image = picture(step);
+      const Image image = image_of_step(step);
       const FoundTags found = sequence.find(image, nullptr).value();
       EXPECT_EQ(found.detections.size(), 3U);
       EXPECT_EQ(found.refinements.size(), 3U);

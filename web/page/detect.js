@@ -7,7 +7,7 @@
 
 const FAMILIES = ["tag36h11", "tag16h5", "tag25h9", "tag36h10", "tagCircle21h7", "tagStandard41h12"];
 const element = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id));
-const canvas = /** @type {HTMLCanvasElement} */ (element("picture"));
+const canvas = /** @type {HTMLCanvasElement} */ (element("image"));
 const family = /** @type {HTMLSelectElement} */ (element("family"));
 const showStatus = (/** @type {string} */ text) => { element("status").textContent = text; };
 /** @type {CanvasImageSource & {width: number, height: number} | undefined} */
@@ -15,7 +15,7 @@ let shown;
 /** @type {WaymarkModule | undefined} */
 let waymark;
 
-/** Grey bytes (Rec. 601, rounded) of a picture in the script's memory; false where it is too large for the detector. */
+/** Grey bytes (Rec. 601, rounded) of an image in the script's memory; false where it is too large for the detector. */
 function putGrey(/** @type {WaymarkModule} */ module, /** @type {Uint8ClampedArray} */ rgba, /** @type {number} */ width, /** @type {number} */ height) {
   const at = module.ccall("waymark_pixels", "number", ["number", "number"], [width, height]);
   if (!at) return false;
@@ -78,7 +78,7 @@ function detect() {
   showStatus(`${width} x ${height} px: ${count} of ${family.value}. Detection ${answer.detect_ms.toFixed(1)} ms, refinement of the corners ${answer.refine_ms.toFixed(1)} ms.`);
 }
 
-async function openPicture(/** @type {Blob | undefined} */ file) {
+async function openImage(/** @type {Blob | undefined} */ file) {
   if (!file) return;
   try {
     shown = await createImageBitmap(file, { colorSpaceConversion: "none" });
@@ -88,7 +88,7 @@ async function openPicture(/** @type {Blob | undefined} */ file) {
   detect();
 }
 
-/** Three tags of the chosen family, one of them sheared: what a picture needs is black on white with a white margin. */
+/** Three tags of the chosen family, one of them sheared: what an image needs is black on white with a white margin. */
 function drawExample() {
   if (!waymark) return;
   const example = document.createElement("canvas");
@@ -115,13 +115,13 @@ function drawExample() {
 family.replaceChildren(...FAMILIES.map((name) => new Option(name, name)));
 family.addEventListener("change", detect);
 element("example").addEventListener("click", drawExample);
-element("file").addEventListener("change", (event) => openPicture(/** @type {HTMLInputElement} */ (event.target).files?.[0]));
+element("file").addEventListener("change", (event) => openImage(/** @type {HTMLInputElement} */ (event.target).files?.[0]));
 for (const kind of ["dragenter", "dragover"]) addEventListener(kind, (event) => { event.preventDefault(); document.body.classList.add("dropping"); });
 addEventListener("dragleave", () => document.body.classList.remove("dropping"));
 addEventListener("drop", (event) => {
   event.preventDefault();
   document.body.classList.remove("dropping");
-  openPicture(event.dataTransfer?.files[0]);
+  openImage(event.dataTransfer?.files[0]);
 });
 loadWaymark().then((module) => { waymark = module; showStatus("Drop an image, or draw an example."); detect(); },
   (error) => showStatus(`This browser does not run WebAssembly: ${error}`));

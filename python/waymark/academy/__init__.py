@@ -9,4 +9,4 @@ The score therefore does not depend on the speed of the computer: the same file 
 """
 
 from .run import run_file  # noqa: F401
-from .score import Picture, score  # noqa: F401
+from .score import ScoredImage, score  # noqa: F401

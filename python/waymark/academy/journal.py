@@ -4,7 +4,7 @@ import dataclasses
 import json
 import os
 
-from .score import Picture
+from .score import ScoredImage
 
 INTERRUPTED = "stopped by Ctrl-C"
 LINE_BYTES = 400  # a line is rewritten when the estimate of its image changes, so all lines have the same length
@@ -16,24 +16,24 @@ class Journal:
     """Writes to the file descriptor of an empty file."""
 
     def __init__(self, fd):
-        self._fd, self._at, self._picture = fd, -1, None
+        self._fd, self._at, self._image = fd, -1, None
         self._refused = {"refused": 0, "first": ""}
         self._write_refused()
 
-    def picture(self, picture):
+    def image(self, image):
         """Starts the line of the next image."""
         self._at += 1
-        self._picture = picture
-        self._write(dataclasses.asdict(picture))
+        self._image = image
+        self._write(dataclasses.asdict(image))
 
     def change(self, **fields):
         """Replaces the values of the latest image."""
-        self._picture = dataclasses.replace(self._picture, **fields)
-        self._write(dataclasses.asdict(self._picture))
+        self._image = dataclasses.replace(self._image, **fields)
+        self._write(dataclasses.asdict(self._image))
 
     def not_finite(self):
         """Counts an estimate that is ignored."""
-        self.change(not_finite=self._picture.not_finite + 1)
+        self.change(not_finite=self._image.not_finite + 1)
 
     def refused(self, reason):
         """Counts a call of HAL or WebGUI whose arguments were refused."""
@@ -56,7 +56,7 @@ class Journal:
 def read(file):
     """Returns (images, end of the solution as in Journal.end or None if its process ended first, number of refused calls and the first reason)."""
     file.seek(0)
-    pictures, end, refused = [], None, {"refused": 0, "first": ""}
+    images, end, refused = [], None, {"refused": 0, "first": ""}
     for line in file:
         values = json.loads(line)
         if "error" in values:
@@ -64,5 +64,5 @@ def read(file):
         elif "refused" in values:
             refused = values
         else:
-            pictures.append(Picture(**values))
-    return pictures, end, (refused["refused"], refused["first"])
+            images.append(ScoredImage(**values))
+    return images, end, (refused["refused"], refused["first"])

@@ -7,7 +7,7 @@ import math
 import threading
 import types
 
-from .score import Picture
+from .score import ScoredImage
 
 TAG_FILE = "/resources/exercises/marker_visual_loc/apriltags_poses.yaml"
 HALF_BOARD_M = 0.01  # the boards of the world academy-house are 20 mm thick, with the tags on their faces
@@ -54,7 +54,7 @@ class Robot:
         self.world = config.read_world("academy-house")
         description = config.read_robot("turtlebot3-waffle")
         self._camera = description.camera
-        self._simulator = simulation.Simulator(self.world, description, seed=seed, pictures=True, camera_rate_hz=camera_rate_hz)
+        self._simulator = simulation.Simulator(self.world, description, seed=seed, images=True, camera_rate_hz=camera_rate_hz)
         self._seconds, self._rate_hz = seconds, camera_rate_hz
         self.finished = False
         self._lock = threading.RLock()
@@ -75,15 +75,15 @@ class Robot:
         from .. import samples
 
         self._asked.clear()
-        picture = None
-        while picture is None:
+        frame = None
+        while frame is None:
             if self._image is not None and self.now_s >= self._seconds:
                 self._finish()
                 raise Finished
             self._simulator.command(*self._command)
             sample = self._simulator.next()
             if isinstance(sample, samples.CameraFrame):
-                picture = sample if self._odometry is not None and self._laser is not None else None  # the first one waits for all sensors
+                frame = sample if self._odometry is not None and self._laser is not None else None  # the first one waits for all sensors
             elif isinstance(sample, samples.Odometry):
                 at = sample.odom_T_base
                 self._odometry = Pose3d(at.x, at.y, at.yaw, timeStamp=sample.stamp_ns * 1e-9)
@@ -91,8 +91,8 @@ class Robot:
                 last = sample.angle_min_rad + sample.angle_increment_rad * (len(sample.ranges_m) - 1)
                 self._laser = LaserData([float(r) for r in sample.ranges_m], sample.angle_min_rad, last, sample.range_min_m,
                                         sample.range_max_m, sample.stamp_ns * 1e-9)
-        self._image = picture.image
-        self._journal.picture(Picture(self.now_s, self._truth(), left=max(0, int((self._seconds - self.now_s) * self._rate_hz))))
+        self._image = frame.image
+        self._journal.image(ScoredImage(self.now_s, self._truth(), left=max(0, int((self._seconds - self.now_s) * self._rate_hz))))
         self._passed(False)
 
     def _finish(self):

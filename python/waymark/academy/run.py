@@ -70,20 +70,20 @@ def _ended(process, stack, path, stall_s):
     return f"the solution ended its process with exit code {process.returncode}"
 
 
-def _notes(pictures, error, refused):
+def _notes(images, error, refused):
     """Notes for the student about the score. refused: number of refused calls, and the reason for the first one."""
-    finished = bool(pictures) and pictures[-1].finished
+    finished = bool(images) and images[-1].finished
     if not finished and error != INTERRUPTED:
-        s = pictures[-1].s if pictures else 0.0
+        s = images[-1].s if images else 0.0
         loop = ": does it have a loop (while True)?" if error is None else ""
         yield f"the file ended after {s:.1f} s of simulated time; the remaining time counts as without an estimate{loop}"
     count, first = refused
     if count > 1 or (count == 1 and first not in (error or "")):  # otherwise the error reports it
         yield f"{count} {'call was' if count == 1 else 'calls were'} refused and had no effect; the first: {first}"
-    not_finite = sum(p.not_finite for p in pictures)
+    not_finite = sum(p.not_finite for p in images)
     if not_finite:
         yield f"{not_finite} estimates contained NaN or infinity and are treated as not shown"
-    elif not any(p.estimate for p in pictures):
+    elif not any(p.estimate for p in images):
         yield "no estimate was shown: call WebGUI.showEstimatedPose((x, y, yaw))"
 
 
@@ -100,18 +100,18 @@ def run_file(path, seconds=60.0, seed=1, camera_rate_hz=10.0, stall_s=30.0):
         process = subprocess.Popen([sys.executable, "-u", "-m", "waymark.academy.process", json.dumps(task)],
                                    pass_fds=(journal.fileno(), stall.fileno()), env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
         interrupted = _wait(process)
-        pictures, end, refused = read(journal)
+        images, end, refused = read(journal)
         stall.seek(0)
         stack = stall.read().decode(errors="replace")
-    finished = bool(pictures) and pictures[-1].finished
+    finished = bool(images) and images[-1].finished
     if interrupted:
         error = INTERRUPTED
     elif end is not None:
         error = end["error"]
     else:
         error = None if finished else _ended(process, stack, path, stall_s)
-    left = pictures[-1].left if pictures and error != INTERRUPTED else 0
-    return {**score(pictures, left), "notes": list(_notes(pictures, error, refused)), "error": error}
+    left = images[-1].left if images and error != INTERRUPTED else 0
+    return {**score(images, left), "notes": list(_notes(images, error, refused)), "error": error}
 
 
 def main(arguments=None):

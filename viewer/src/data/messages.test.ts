@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { add, FamilyNames, kindOf, mountingOf, secondsOf } from "./messages";
-import { compressedPictureOf, pictureOf } from "./pictures";
+import { compressedImageOf, imageOf } from "./images";
 import { Series } from "./series";
 import { emptyTracks, frameAt } from "./tracks";
 
@@ -69,13 +69,13 @@ describe("series", () => {
   });
 });
 
-describe("pictures", () => {
+describe("images", () => {
   it("with padding and reversed colours are converted", () => {
-    const picture = pictureOf({ width: 1, height: 2, step: 4, encoding: "bgr8", is_bigendian: 0, data: new Uint8Array([1, 2, 3, 0, 4, 5, 6]) });
-    expect(picture.kind === "rgba" && [...picture.rgba]).toEqual([3, 2, 1, 255, 6, 5, 4, 255]);
+    const image = imageOf({ width: 1, height: 2, step: 4, encoding: "bgr8", is_bigendian: 0, data: new Uint8Array([1, 2, 3, 0, 4, 5, 6]) });
+    expect(image.kind === "rgba" && [...image.rgba]).toEqual([3, 2, 1, 255, 6, 5, 4, 255]);
   });
   it("with inconsistent sizes are rejected", () => {
-    expect(() => pictureOf({ width: 9, height: 9, step: 9, encoding: "mono8", is_bigendian: 0, data: new Uint8Array(80) })).toThrow("9 x 9");
-    expect(() => compressedPictureOf(new Uint8Array(3))).toThrow("neither");
+    expect(() => imageOf({ width: 9, height: 9, step: 9, encoding: "mono8", is_bigendian: 0, data: new Uint8Array(80) })).toThrow("9 x 9");
+    expect(() => compressedImageOf(new Uint8Array(3))).toThrow("neither");
   });
 });

@@ -12,7 +12,7 @@ export class Playback {
     this.t = Math.min(this.duration, Math.max(0, t));
   }
   toggle(): void {
-    if (this.following) { this.following = false; return; } // hold the current picture
+    if (this.following) { this.following = false; return; } // hold the current image
     if (!this.playing && this.t >= this.duration) this.t = 0;
     this.playing = !this.playing && this.duration > 0;
   }

@@ -6,7 +6,7 @@ import * as lz4 from "lz4js";
 import type { Camera } from "../math/camera";
 import type { Pose } from "../math/pose";
 import { add, addLatency, cameraOf, FamilyNames, kindOf, mountingOf, secondsOf, type Kind } from "./messages";
-import { compressedPictureOf, pictureOf, type Picture } from "./pictures";
+import { compressedImageOf, imageOf, type SourceImage } from "./images";
 import type { RangeSource } from "./range_source";
 import type { Tracks } from "./tracks";
 
@@ -20,7 +20,7 @@ export interface RecordingInfo {
   readonly texts: Readonly<Record<string, string>>;
   readonly camera?: Camera;
   readonly base_T_cam?: Pose;
-  readonly hasPictures: boolean;
+  readonly hasImages: boolean;
 }
 
 const decompressHandlers = {
@@ -83,7 +83,7 @@ export class Recording {
       duration: Number((statistics?.messageEndTime ?? 0n) - this.start) * 1e-9,
       messages: Number(statistics?.messageCount ?? 0n),
       topics: [...this.mcap.channelsById.values()].map((channel) => channel.topic).sort(),
-      hasPictures: this.names.has("image"),
+      hasImages: this.names.has("image"),
     };
   }
 
@@ -108,15 +108,15 @@ export class Recording {
     }
   }
 
-  /** The last picture not later than t [s]; reads the file twice, independent of its length. */
-  async picture(t: number): Promise<Picture | undefined> {
+  /** The last image not later than t [s]; reads the file twice, independent of its length. */
+  async image(t: number): Promise<SourceImage | undefined> {
     const topic = this.names.get("image")?.[0];
     if (topic === undefined) return undefined;
     const endTime = this.start + BigInt(Math.round(t * 1e9));
     for await (const message of this.mcap.readMessages({ topics: [topic], endTime, reverse: true, validateCrcs: false })) {
       const { reader, type } = this.topics.get(message.channelId)!;
-      const image = reader.readMessage<Parameters<typeof pictureOf>[0]>(message.data);
-      return type.endsWith("CompressedImage") ? compressedPictureOf(image.data) : pictureOf(image);
+      const image = reader.readMessage<Parameters<typeof imageOf>[0]>(message.data);
+      return type.endsWith("CompressedImage") ? compressedImageOf(image.data) : imageOf(image);
     }
     return undefined;
   }

@@ -14,7 +14,7 @@ async function open(source: File | string): Promise<void> {
   recording = opened;
   const info = await opened.info();
   post({ type: "opened", info });
-  if (info.hasPictures) await picture(opened, 0); // before anything else is read
+  if (info.hasImages) await image(opened, 0); // before anything else is read
   const tracks = emptyTracks(), families = new FamilyNames();
   const sent = new Map<TrackName, number>();
   const send = (progress: number, complete: boolean): void => {
@@ -31,13 +31,13 @@ async function open(source: File | string): Promise<void> {
   send(1, true);
 }
 
-const picture = (from: Recording, t: number): Promise<void> =>
-  from.picture(t).then((found) => post({ type: "picture", t, picture: found })).catch((error: unknown) => {
-    post({ type: "picture", t, picture: undefined });
+const image = (from: Recording, t: number): Promise<void> =>
+  from.image(t).then((found) => post({ type: "image", t, image: found })).catch((error: unknown) => {
+    post({ type: "image", t, image: undefined });
     failed(error);
   });
 
 self.onmessage = ({ data }: MessageEvent<Request>): void => {
   if (data.ask === "open") open(data.source).catch(failed);
-  else if (recording) void picture(recording, data.t);
+  else if (recording) void image(recording, data.t);
 };

@@ -58,7 +58,7 @@ export function rowOf({ tag, pose }: CameraTag): string[] {
 
 const byId = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 
-/** Rate, latency, tags and controls of a camera, next to its picture. */
+/** Rate, latency, tags and controls of a camera, next to its image. */
 export class CameraPanel {
   private readonly sliders = new Map<string, HTMLInputElement>();
   private controls = new Map<string, CameraControl>();

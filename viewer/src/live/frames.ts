@@ -20,7 +20,7 @@ export interface RobotState {
   readonly halted: string;
   readonly driven_m: number;
   readonly goal_m: number;
-  readonly dropped_pictures: number;
+  readonly dropped_images: number;
   readonly dropped_samples: number;
   readonly lights: readonly Light[];
 }

@@ -3,14 +3,14 @@ import { cellOfTilt, guideFacts, rowsOf, type GuideStatus } from "./guide_panel"
 
 const names = ["top left", "top", "top right", "left", "middle", "right", "bottom left", "bottom", "bottom right"];
 const status: GuideStatus = {
-  picture: "hold still", views: 7, views_wanted: 12, held_out_rms_px: 0.214, focal_sigma_share: 0.00312, focal_sigma_share_wanted: 0.001,
-  parts: names.map((part, i) => ({ part, corners: 5 * i, corners_wanted: 20, corners_in_picture: i === 4 ? 12 : 0 })),
+  image: "hold still", views: 7, views_wanted: 12, held_out_rms_px: 0.214, focal_sigma_share: 0.00312, focal_sigma_share_wanted: 0.001,
+  parts: names.map((part, i) => ({ part, corners: 5 * i, corners_wanted: 20, corners_in_image: i === 4 ? 12 : 0 })),
   tilts: [{ nearer_edge: "left", views: 1, views_wanted: 2 }, { nearer_edge: "right", views: 2, views_wanted: 2 }],
   missing: ["tilt the board"], good_enough: false,
 };
 
 describe("the panel of a guided calibration", () => {
-  it("arranges the parts as in the picture", () => {
+  it("arranges the parts as in the image", () => {
     const rows = rowsOf(status.parts);
     expect(rows.map((row) => row.map(({ name }) => name))).toEqual([names.slice(0, 3), names.slice(3, 6), names.slice(6)]);
   });
@@ -31,7 +31,7 @@ describe("the panel of a guided calibration", () => {
     expect(guideFacts(status)).toBe("7 of 12 views; focal length ± 0.31 %, 0.1 % wanted; held-out error 0.21 px; hold still");
     const { held_out_rms_px, focal_sigma_share, ...begun } = status;
     expect([held_out_rms_px, focal_sigma_share]).toEqual([0.214, 0.00312]);
-    expect(guideFacts({ ...begun, views: 1, picture: "no board in view" })).toBe("1 of 12 views; no board in view");
+    expect(guideFacts({ ...begun, views: 1, image: "no board in view" })).toBe("1 of 12 views; no board in view");
     expect(guideFacts({ ...status, good_enough: true })).toContain("; good enough");
   });
 });

@@ -1,6 +1,6 @@
 /** Progress of a guided calibration (docs/formats/live.md, camera.json). */
 export interface GuideStatus {
-  readonly picture: string;
+  readonly image: string;
   readonly views: number;
   readonly views_wanted: number;
   readonly held_out_rms_px?: number;
@@ -15,7 +15,7 @@ export interface GuidePart {
   readonly part: string;
   readonly corners: number;
   readonly corners_wanted: number;
-  readonly corners_in_picture: number;
+  readonly corners_in_image: number;
 }
 export interface GuideTilt {
   readonly nearer_edge: string;
@@ -23,7 +23,7 @@ export interface GuideTilt {
   readonly views_wanted: number;
 }
 
-/** A part of the picture or a tilt: text in addition to the colour, for viewers who cannot distinguish the colours. */
+/** A part of the image or a tilt: text in addition to the colour, for viewers who cannot distinguish the colours. */
 export interface Cell {
   readonly name: string;
   readonly words: string;
@@ -34,10 +34,10 @@ export interface Cell {
 const cell = (name: string, count: number, wanted: number, here: boolean): Cell =>
   ({ name, words: count >= wanted ? `✓ ${count}` : `${count} of ${wanted}`, covered: count >= wanted, here });
 
-export const cellOfPart = (part: GuidePart): Cell => cell(part.part, part.corners, part.corners_wanted, part.corners_in_picture > 0);
+export const cellOfPart = (part: GuidePart): Cell => cell(part.part, part.corners, part.corners_wanted, part.corners_in_image > 0);
 export const cellOfTilt = (tilt: GuideTilt): Cell => cell(`${tilt.nearer_edge} edge nearer`, tilt.views, tilt.views_wanted, false);
 
-/** Rows of three, arranged as in the picture. */
+/** Rows of three, arranged as in the image. */
 export const rowsOf = (parts: readonly GuidePart[]): Cell[][] =>
   [0, 3, 6].map((first) => parts.slice(first, first + 3).map(cellOfPart));
 
@@ -48,13 +48,13 @@ export function guideFacts(status: GuideStatus): string {
   if (status.focal_sigma_share !== undefined)
     facts.push(`focal length ± ${percent(status.focal_sigma_share)}, ${percent(status.focal_sigma_share_wanted)} wanted`);
   if (status.held_out_rms_px !== undefined) facts.push(`held-out error ${status.held_out_rms_px.toFixed(2)} px`);
-  facts.push(status.good_enough ? "good enough" : status.picture);
+  facts.push(status.good_enough ? "good enough" : status.image);
   return facts.join("; ");
 }
 
 const byId = (id: string): HTMLElement => document.getElementById(id)!;
 
-/** Shows which parts of the picture and which tilts of the board are covered, and which are missing. */
+/** Shows which parts of the image and which tilts of the board are covered, and which are missing. */
 export class GuidePanel {
   show(status: GuideStatus): void {
     document.body.classList.add("guided");

@@ -6,11 +6,11 @@ import type { Control, RobotState } from "./frames";
 /** Messages of the page to its link: a message for the server, or a request for the next updates. */
 export type ToLink = { readonly send: object } | { readonly next: true };
 
-export interface LivePicture {
+export interface LiveImage {
   readonly t: number;
   readonly bytes: Uint8Array<ArrayBuffer>; // JPEG or PNG
 }
-export interface ShownPicture {
+export interface ShownImage {
   readonly t: number;
   readonly hostTime: bigint; // [ns] of the server's clock, when the robot's program received it
   readonly bitmap: ImageBitmap;
@@ -28,6 +28,6 @@ export interface Updates {
   readonly control?: Control;
   readonly texts: readonly { readonly name: string; readonly text: string }[];
   readonly words: readonly string[];
-  readonly pictures: readonly LivePicture[]; // kept to look back
-  readonly shown?: ShownPicture; // the newest picture with known tags
+  readonly images: readonly LiveImage[]; // kept to look back
+  readonly shown?: ShownImage; // the newest image with known tags
 }

@@ -1,5 +1,5 @@
 // The connection to a running robot, in a worker: messages are read as they arrive, even while the page is drawing.
-import { compressedPictureOf } from "../data/pictures";
+import { compressedImageOf } from "../data/images";
 import { LiveLink } from "./live_link";
 import type { Updates, ToLink } from "./link_protocol";
 import { UpdateBox } from "./update_box";
@@ -14,7 +14,7 @@ const link = new LiveLink(box.tracks, box.families, {
   warned: (words) => { box.warn(words); void send(); },
   rows: () => { box.grown(); void send(); },
   camera: (camera, base_T_cam) => { box.setCamera(camera, base_T_cam); void send(); },
-  picture: (t, hostTime, data) => { box.picture(t, hostTime, data); void send(); },
+  image: (t, hostTime, data) => { box.image(t, hostTime, data); void send(); },
   state: (state) => { box.state(state); void send(); },
   control: (control) => { box.controlled(control); void send(); },
   text: (name, text) => { box.text(name, text); void send(); },
@@ -23,17 +23,17 @@ const link = new LiveLink(box.tracks, box.families, {
 async function send(): Promise<void> {
   if (!requested || sending || !box.full) return;
   sending = true;
-  const picture = box.takePicture();
-  const bitmap = picture && (await bitmapOf(picture.bytes));
-  const updates: Updates = { ...box.take(), ...(picture && bitmap ? { shown: { t: picture.t, hostTime: picture.hostTime, bitmap } } : {}) };
+  const image = box.takeImage();
+  const bitmap = image && (await bitmapOf(image.bytes));
+  const updates: Updates = { ...box.take(), ...(image && bitmap ? { shown: { t: image.t, hostTime: image.hostTime, bitmap } } : {}) };
   requested = sending = false;
   self.postMessage(updates, { transfer: bitmap ? [bitmap] : [] });
 }
 
 async function bitmapOf(bytes: Uint8Array<ArrayBuffer>): Promise<ImageBitmap | undefined> {
   try {
-    const picture = compressedPictureOf(bytes);
-    return picture.kind === "file" ? await createImageBitmap(new Blob([picture.bytes], { type: picture.mime })) : undefined;
+    const image = compressedImageOf(bytes);
+    return image.kind === "file" ? await createImageBitmap(new Blob([image.bytes], { type: image.mime })) : undefined;
   } catch (error) {
     box.warn(String(error));
     return undefined;

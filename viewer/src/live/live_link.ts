@@ -11,7 +11,7 @@ export interface LiveEvents {
   closed(): void;
   rows(): void; // the tracks have new rows
   camera(camera: Camera | undefined, base_T_cam: Pose | undefined): void;
-  picture(t: number, hostTime: bigint, data: Uint8Array<ArrayBuffer>): void;
+  image(t: number, hostTime: bigint, data: Uint8Array<ArrayBuffer>): void;
   state(state: RobotState): void;
   control(control: Control): void;
   text(name: string, text: string): void;
@@ -91,7 +91,7 @@ export class LiveLink {
     }
     this.start ??= stampOf(message);
     const t = secondsOf(message, frame.hostTime, this.start);
-    if (stream.kind === "image") return this.events.picture(t, frame.hostTime, (message as { data: Uint8Array }).data.slice());
+    if (stream.kind === "image") return this.events.image(t, frame.hostTime, (message as { data: Uint8Array }).data.slice());
     add(this.tracks, this.families, stream.kind, t, message);
     this.events.rows();
   }

@@ -1,14 +1,14 @@
 import type { Playback } from "../data/playback";
 import { figuresOf, type Plots } from "../view/plots";
 import { marksOf, scoresOf, type Mark } from "../data/scores";
-import { compressedPictureOf } from "../data/pictures";
+import { compressedImageOf } from "../data/images";
 import { identity } from "../math/pose";
 import { tagsOf, takeRows, takeText, type Content } from "../session";
 import type { CameraView } from "../view/camera_view";
 import type { TimelineBar } from "../view/timeline_bar";
 import type { WorldView } from "../view/world_view";
 import type { RobotState } from "./frames";
-import type { LivePicture, Updates, ShownPicture, ToLink } from "./link_protocol";
+import type { LiveImage, Updates, ShownImage, ToLink } from "./link_protocol";
 import { CameraPanel, type CameraStatus } from "./camera_panel";
 import { LivePage } from "./live_page";
 import { SeenTags } from "./seen_tags";
@@ -28,7 +28,7 @@ export interface LiveParts {
   colour(name: string): string;
 }
 
-const keptPictures = 300; // ten seconds of history
+const keptImages = 300; // ten seconds of history
 const phaseWords: Readonly<Record<string, string>> = {
   teaching: "teaching a lap", mapping: "making the map", ready: "map is ready", replaying: "replay", paused: "paused", done: "done", stopped: "stopped",
   localizing: "localisation",
@@ -41,17 +41,17 @@ export class LiveMode {
   private readonly page: LivePage;
   private readonly panel: CameraPanel;
   private readonly seen = new SeenTags();
-  private readonly pictures: LivePicture[] = [];
+  private readonly images: LiveImage[] = [];
   private readonly phases: Mark[] = [];
   private phase = "";
   private dirty = false;
   private rebuilt = 0;
   private framed = false;
   private streams = 0; // number of streams with data
-  /** Time of the picture on the screen; undefined without pictures. */
-  pictureTime: number | undefined;
+  /** Time of the image on the screen; undefined without images. */
+  imageTime: number | undefined;
   /** Time at which the robot's program received it [ns of its clock]. */
-  pictureHostTime = 0n;
+  imageHostTime = 0n;
 
   constructor(private readonly parts: LiveParts) {
     parts.playback.following = true;
@@ -86,14 +86,14 @@ export class LiveMode {
       if (wrong) showStatus(wrong, true);
     }
     if (texts.length > 0) this.parts.rebuild(true);
-    this.pictures.push(...updates.pictures);
-    if (this.pictures.length > keptPictures) this.pictures.splice(0, this.pictures.length - keptPictures);
+    this.images.push(...updates.images);
+    if (this.images.length > keptImages) this.images.splice(0, this.images.length - keptImages);
     if (updates.shown) this.show(updates.shown);
     this.dirty = true;
   }
 
   private takeCamera({ camera, base_T_cam }: Updates): void {
-    this.parts.content.info = { name: "live", duration: 0, messages: 0, topics: [], metadata: {}, texts: {}, hasPictures: false,
+    this.parts.content.info = { name: "live", duration: 0, messages: 0, topics: [], metadata: {}, texts: {}, hasImages: false,
                                 ...(camera ? { camera } : {}), ...(base_T_cam ? { base_T_cam } : {}) };
     this.rebuilt = 0;
   }
@@ -106,12 +106,12 @@ export class LiveMode {
     if (words) this.phases.push({ t: this.newest(), kind: state.phase === "replaying" ? "go" : state.phase === "teaching" ? "start" : "stop", words });
   }
 
-  /** Shows a picture together with its own tags. */
-  private show({ t, hostTime, bitmap }: ShownPicture): void {
+  /** Shows an image together with its own tags. */
+  private show({ t, hostTime, bitmap }: ShownImage): void {
     const { camera, content, drawCamera, playback } = this.parts;
     if (!playback.following) return bitmap.close();
-    this.pictureTime = t;
-    this.pictureHostTime = hostTime;
+    this.imageTime = t;
+    this.imageHostTime = hostTime;
     camera.showBitmap(bitmap);
     drawCamera();
     const age = performance.timeOrigin + performance.now() - Number(hostTime) * 1e-6;
@@ -133,11 +133,11 @@ export class LiveMode {
     document.getElementById("live")!.hidden = true;
   }
 
-  /** Shows the picture of a past time, if it is still kept. */
+  /** Shows the image of a past time, if it is still kept. */
   async seek(t: number): Promise<void> {
-    const kept = this.pictures.filter((one) => one.t <= t + 1e-6).at(-1);
-    if (!kept) { this.pictureTime = this.pictures.length > 0 ? t : undefined; await this.parts.camera.show(undefined); }
-    else { this.pictureTime = kept.t; await this.parts.camera.show(compressedPictureOf(kept.bytes)); }
+    const kept = this.images.filter((one) => one.t <= t + 1e-6).at(-1);
+    if (!kept) { this.imageTime = this.images.length > 0 ? t : undefined; await this.parts.camera.show(undefined); }
+    else { this.imageTime = kept.t; await this.parts.camera.show(compressedImageOf(kept.bytes)); }
     this.parts.drawCamera();
   }
 

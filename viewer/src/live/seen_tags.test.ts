@@ -11,7 +11,7 @@ const base_T_cam: Pose = { p: [0.1, 0, 0.2], q: [-0.5, 0.5, -0.5, 0.5] };
 describe("SeenTags", () => {
   it("places each tag by its largest observation", () => {
     const content = emptyContent(), seen = new SeenTags(), map_T_tag = facingTag(3, 0.2, 0.4, Math.PI, 0);
-    content.info = { name: "live", duration: 0, messages: 0, topics: [], metadata: {}, texts: {}, hasPictures: false, camera, base_T_cam };
+    content.info = { name: "live", duration: 0, messages: 0, topics: [], metadata: {}, texts: {}, hasImages: false, camera, base_T_cam };
     content.families = ["tag36h11"];
     expect(seen.take(content, identity)).toBe(false); // the tag size is still unknown
     content.tagSize = 0.16;

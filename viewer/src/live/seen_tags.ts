@@ -6,7 +6,7 @@ import type { Content } from "../session";
 
 interface View {
   readonly tag: MapTag;
-  readonly area: number; // [px²] in the picture from which it was placed
+  readonly area: number; // [px²] in the image from which it was placed
 }
 
 /** Tags before there is a map: each is placed by its largest observation and the odometry. */

@@ -6,46 +6,46 @@ const tagsAt = (box: UpdateBox, t: number): void => {
   box.tracks.tags.push(t, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0);
   box.grown();
 };
-const picture = (box: UpdateBox, t: number): void => box.picture(t, BigInt(Math.round(t * 1e9)), Uint8Array.of(t));
+const image = (box: UpdateBox, t: number): void => box.image(t, BigInt(Math.round(t * 1e9)), Uint8Array.of(t));
 const state = (phase: string, driven_m: number): RobotState => ({
-  phase, reason: "", commands: [], page_drives: false, halted: "", driven_m, goal_m: 0, dropped_pictures: 0, dropped_samples: 0, lights: [],
+  phase, reason: "", commands: [], page_drives: false, halted: "", driven_m, goal_m: 0, dropped_images: 0, dropped_samples: 0, lights: [],
 });
 
 describe("updates of a running robot", () => {
-  it("show a picture once its tags are known", () => {
+  it("show an image once its tags are known", () => {
     const box = new UpdateBox();
-    picture(box, 1);
-    expect(box.takePicture()).toBeUndefined();
-    picture(box, 2); // the detector is one picture behind
+    image(box, 1);
+    expect(box.takeImage()).toBeUndefined();
+    image(box, 2); // the detector is one image behind
     tagsAt(box, 1);
-    expect(box.takePicture()?.t).toBe(1);
-    expect(box.takePicture()).toBeUndefined();
+    expect(box.takeImage()?.t).toBe(1);
+    expect(box.takeImage()).toBeUndefined();
     tagsAt(box, 2);
-    expect(box.takePicture()?.t).toBe(2);
+    expect(box.takeImage()?.t).toBe(2);
   });
-  it("show a picture that arrives after its tags at once", () => {
+  it("show an image that arrives after its tags at once", () => {
     const box = new UpdateBox();
     tagsAt(box, 3);
-    picture(box, 3);
-    expect(box.takePicture()?.t).toBe(3);
+    image(box, 3);
+    expect(box.takeImage()?.t).toBe(3);
   });
   it("are current, even after the page was busy", () => {
     const box = new UpdateBox();
-    for (let t = 0; t < 1000; ++t) { picture(box, t); tagsAt(box, t); box.state(state("teaching", t)); }
-    expect(box.takePicture()?.t).toBe(999);
+    for (let t = 0; t < 1000; ++t) { image(box, t); tagsAt(box, t); box.state(state("teaching", t)); }
+    expect(box.takeImage()?.t).toBe(999);
     const updates = box.take();
-    expect(updates.pictures.length).toBe(300);
-    expect(updates.pictures.at(-1)?.t).toBe(999);
+    expect(updates.images.length).toBe(300);
+    expect(updates.images.at(-1)?.t).toBe(999);
     expect(updates.rows.tags?.length).toBe(11 * 1000);
     expect(updates.states).toEqual([state("teaching", 999)]);
   });
-  it("do not wait for tags of lost pictures", () => {
+  it("do not wait for tags of lost images", () => {
     const box = new UpdateBox();
-    for (let t = 0; t < 1000; ++t) picture(box, t);
+    for (let t = 0; t < 1000; ++t) image(box, t);
     tagsAt(box, 500); // discarded by now
-    expect(box.takePicture()).toBeUndefined();
+    expect(box.takeImage()).toBeUndefined();
     tagsAt(box, 990);
-    expect(box.takePicture()?.t).toBe(990);
+    expect(box.takeImage()?.t).toBe(990);
   });
   it("contain each phase in order, with its newest state", () => {
     const box = new UpdateBox();

@@ -3,12 +3,12 @@ import { emptyTracks, trackNames, type TrackName } from "../data/tracks";
 import type { Camera } from "../math/camera";
 import type { Pose } from "../math/pose";
 import type { Control, RobotState } from "./frames";
-import type { LivePicture, Updates } from "./link_protocol";
+import type { LiveImage, Updates } from "./link_protocol";
 
-const maxPictures = 300; // ten seconds of history
+const maxImages = 300; // ten seconds of history
 const maxWarnings = 20;
 
-interface Taken extends LivePicture {
+interface Taken extends LiveImage {
   readonly hostTime: bigint;
 }
 
@@ -24,7 +24,7 @@ export class UpdateBox {
   private control: Control | undefined;
   private texts = new Map<string, string>();
   private words: string[] = [];
-  private pictures: LivePicture[] = [];
+  private images: LiveImage[] = [];
   private waiting: Taken[] = []; // waiting for their tags
   private ready: Taken | undefined;
   /** Whether there is an update. */
@@ -45,28 +45,28 @@ export class UpdateBox {
   controlled(control: Control): void { this.control = control; this.full = true; }
   text(name: string, text: string): void { this.texts.set(name, text); this.full = true; }
 
-  /** Call when the tracks have new rows. A picture becomes ready when its tags have arrived. */
+  /** Call when the tracks have new rows. An image becomes ready when its tags have arrived. */
   grown(): void {
     this.full = true;
     const { tags } = this.tracks;
     const newest = tags.length > 0 ? tags.time(tags.length - 1) + 1e-6 : -Infinity;
     while (this.waiting.length > 0 && this.waiting[0]!.t <= newest) this.ready = this.waiting.shift();
   }
-  picture(t: number, hostTime: bigint, bytes: Uint8Array<ArrayBuffer>): void {
-    this.pictures.push({ t, bytes });
-    if (this.pictures.length > maxPictures) this.pictures.shift();
+  image(t: number, hostTime: bigint, bytes: Uint8Array<ArrayBuffer>): void {
+    this.images.push({ t, bytes });
+    if (this.images.length > maxImages) this.images.shift();
     this.waiting.push({ t, hostTime, bytes });
-    if (this.waiting.length > maxPictures) this.waiting.shift();
+    if (this.waiting.length > maxImages) this.waiting.shift();
     this.grown();
   }
 
-  /** The next picture to show, returned once. */
-  takePicture(): { t: number; hostTime: bigint; bytes: Uint8Array<ArrayBuffer> } | undefined {
+  /** The next image to show, returned once. */
+  takeImage(): { t: number; hostTime: bigint; bytes: Uint8Array<ArrayBuffer> } | undefined {
     const { ready } = this;
     this.ready = undefined;
     return ready;
   }
-  /** All updates except that picture; empties the box. */
+  /** All updates except that image; empties the box. */
   take(): Omit<Updates, "shown"> {
     const rows: Partial<Record<TrackName, Float64Array>> = {};
     for (const name of trackNames) {
@@ -76,7 +76,7 @@ export class UpdateBox {
       this.sent.set(name, this.tracks[name].length);
     }
     const updates = {
-      rows, families: this.families.names, ...this.cameraUpdate, states: this.states, words: this.words, pictures: this.pictures,
+      rows, families: this.families.names, ...this.cameraUpdate, states: this.states, words: this.words, images: this.images,
       texts: [...this.texts].map(([name, text]) => ({ name, text })),
       ...(this.name === undefined ? {} : { name: this.name }), ...(this.isLost === undefined ? {} : { lost: this.isLost }),
       ...(this.control ? { control: this.control } : {}),
@@ -85,7 +85,7 @@ export class UpdateBox {
     this.cameraUpdate = {};
     this.states = [];
     this.words = [];
-    this.pictures = [];
+    this.images = [];
     this.texts = new Map();
     this.full = false;
     return updates;

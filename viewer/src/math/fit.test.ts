@@ -16,7 +16,7 @@ function seen(p: Vec3, target: Vec3, distance: number, aspect: number): boolean 
 describe("distanceToFit", () => {
   const corners: Vec3[] = [[-4, -1, 0], [4, -1, 0], [4, 3, 0], [-4, 3, 0], [0, 3, 1.2]];
   for (const aspect of [0.46, 1, 1.6, 2.5]) {
-    it(`contains every point in a picture of aspect ${aspect}, and a nearer camera does not`, () => {
+    it(`contains every point in an image of aspect ${aspect}, and a nearer camera does not`, () => {
       const target: Vec3 = [0.5, 1, 0];
       const distance = distanceToFit(corners, target, axes, tanHalf, aspect);
       expect(corners.every((p) => seen(p, target, distance, aspect))).toBe(true);

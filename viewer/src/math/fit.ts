@@ -1,7 +1,7 @@
-// Camera placement so that a scene fits into the picture.
+// Camera placement so that a scene fits into the image.
 import type { Vec3 } from "./pose";
 
-/** The axes of a camera that looks along `forward`, with `up` pointing up in its picture. */
+/** The axes of a camera that looks along `forward`, with `up` pointing up in its image. */
 export interface ViewAxes {
   readonly right: Vec3;
   readonly up: Vec3;
@@ -11,8 +11,8 @@ export interface ViewAxes {
 const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
 /**
- * The smallest distance [m] from `target`, against `axes.forward`, at which a pinhole camera has all points in its picture. `tanHalf` is the
- * tangent of half the vertical field of view, `aspect` width over height of the picture. O(number of points).
+ * The smallest distance [m] from `target`, against `axes.forward`, at which a pinhole camera has all points in its image. `tanHalf` is the
+ * tangent of half the vertical field of view, `aspect` width over height of the image. O(number of points).
  */
 export function distanceToFit(points: readonly Vec3[], target: Vec3, axes: ViewAxes, tanHalf: number, aspect: number): number {
   let distance = 0;

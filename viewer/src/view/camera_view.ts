@@ -1,11 +1,11 @@
 import { projectTag, type Camera } from "../math/camera";
 import type { Pose } from "../math/pose";
 import type { MapTag } from "../data/map_files";
-import type { Picture } from "../data/pictures";
+import type { SourceImage } from "../data/images";
 import type { Series } from "../data/series";
 import { frameAt } from "../data/tracks";
 
-/** A tag detected in a picture: pixel centres at integers, corners TL TR BR BL. */
+/** A tag detected in an image: pixel centres at integers, corners TL TR BR BL. */
 interface Quad {
   readonly name: string;
   readonly corners: readonly (readonly [number, number])[];
@@ -22,31 +22,31 @@ export function quadsAt(tags: Series, families: readonly string[], t: number): Q
   return quads;
 }
 
-/** The camera picture with the detected quads, and crosses where map and estimate expect their corners. */
+/** The camera image with the detected quads, and crosses where map and estimate expect their corners. */
 export class CameraView {
-  private picture: ImageData | ImageBitmap | undefined;
+  private image: ImageData | ImageBitmap | undefined;
 
   constructor(private readonly canvas: HTMLCanvasElement, private readonly words: HTMLElement) {}
 
-  async show(picture: Picture | undefined): Promise<void> {
-    if (!picture) this.picture = undefined;
-    else if (picture.kind === "rgba") this.picture = new ImageData(picture.rgba, picture.width, picture.height);
-    else this.picture = await createImageBitmap(new Blob([picture.bytes], { type: picture.mime }));
+  async show(image: SourceImage | undefined): Promise<void> {
+    if (!image) this.image = undefined;
+    else if (image.kind === "rgba") this.image = new ImageData(image.rgba, image.width, image.height);
+    else this.image = await createImageBitmap(new Blob([image.bytes], { type: image.mime }));
   }
 
   /** Takes ownership of the bitmap. */
   showBitmap(bitmap: ImageBitmap): void {
-    if (this.picture instanceof ImageBitmap) this.picture.close();
-    this.picture = bitmap;
+    if (this.image instanceof ImageBitmap) this.image.close();
+    this.image = bitmap;
   }
 
   draw(camera: Camera | undefined, quads: readonly Quad[], expected: ReadonlyMap<string, MapTag>, map_T_cam: Pose | undefined,
        searched: boolean): void {
-    const width = this.picture?.width ?? camera?.width ?? 640, height = this.picture?.height ?? camera?.height ?? 480;
+    const width = this.image?.width ?? camera?.width ?? 640, height = this.image?.height ?? camera?.height ?? 480;
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
     const context = this.canvas.getContext("2d")!;
-    if (this.picture instanceof ImageData) context.putImageData(this.picture, 0, 0);
-    else if (this.picture) context.drawImage(this.picture, 0, 0);
+    if (this.image instanceof ImageData) context.putImageData(this.image, 0, 0);
+    else if (this.image) context.drawImage(this.image, 0, 0);
     else { context.fillStyle = "#20252c"; context.fillRect(0, 0, width, height); }
     const residuals: number[] = [];
     for (const quad of quads) {

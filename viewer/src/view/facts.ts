@@ -2,7 +2,7 @@ import { ellipseOf } from "../math/plane";
 import { wrapAngle, yawOf, type Pose } from "../math/pose";
 import type { Content } from "../session";
 
-/** The values next to the picture. */
+/** The values next to the image. */
 export function factsAt(content: Content, poses: ReadonlyMap<string, Pose>, t: number, tagsInView: number): [string, string][] {
   const facts: [string, string][] = [];
   const estimate = poses.get("estimate"), truth = poses.get("truth");

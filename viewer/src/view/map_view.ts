@@ -214,7 +214,7 @@ export class MapView {
     this.afterDraw.splice(0).forEach((done) => done());
   };
 
-  /** A slow frame would delay the camera picture and the buttons if the next one followed at once. */
+  /** A slow frame would delay the camera image and the buttons if the next one followed at once. */
   private busy(): boolean {
     const gl = this.renderer.getContext() as WebGL2RenderingContext, now = performance.now();
     if (this.fence && !gl.isContextLost()) {

@@ -22,13 +22,13 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Speed of the marks in each picture: the larger of the speeds from the previous picture and to the next
-/// one. Pictures at a start or a stop therefore count as moving.
-std::vector<double> speeds_px_s(const std::vector<StampedMarks>& pictures) {
-  std::vector<double> speeds(pictures.size(), 0);
-  for (std::size_t i = 1; i < pictures.size(); ++i) {
-    const double dt_s = std::max(to_seconds(pictures[i].stamp - pictures[i - 1].stamp), 1e-6);
-    const double apart = apart_px(pictures[i - 1].marks, pictures[i].marks);
+/// Speed of the marks in each image: the larger of the speeds from the previous image and to the next
+/// one. Images at a start or a stop therefore count as moving.
+std::vector<double> speeds_px_s(const std::vector<StampedMarks>& images) {
+  std::vector<double> speeds(images.size(), 0);
+  for (std::size_t i = 1; i < images.size(); ++i) {
+    const double dt_s = std::max(to_seconds(images[i].stamp - images[i - 1].stamp), 1e-6);
+    const double apart = apart_px(images[i - 1].marks, images[i].marks);
     const double speed = std::isfinite(apart) ? apart / dt_s : kInfinity;
     speeds[i] = std::max(speeds[i], speed);
     speeds[i - 1] = std::max(speeds[i - 1], speed);
@@ -37,14 +37,14 @@ std::vector<double> speeds_px_s(const std::vector<StampedMarks>& pictures) {
 }
 
 /// Repeatedly removes one of the two most similar views until at most `max_views` remain.
-void keep_most_distinct(std::vector<std::size_t>& chosen, const std::vector<StampedMarks>& pictures,
+void keep_most_distinct(std::vector<std::size_t>& chosen, const std::vector<StampedMarks>& images,
                         std::size_t max_views) {
   while (chosen.size() > max_views) {
     std::size_t redundant = 0;
     double nearest = kInfinity;
     for (std::size_t i = 1; i < chosen.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
-        const double apart = apart_px(pictures[chosen[i]].marks, pictures[chosen[j]].marks);
+        const double apart = apart_px(images[chosen[i]].marks, images[chosen[j]].marks);
         if (apart >= nearest) continue;
         nearest = apart;
         redundant = i;
@@ -55,7 +55,7 @@ void keep_most_distinct(std::vector<std::size_t>& chosen, const std::vector<Stam
   }
 }
 
-std::size_t points_of(const TargetPicture& marks) {
+std::size_t points_of(const TargetMarks& marks) {
   std::size_t points = 0;
   for (const TargetMark& mark : marks) points += mark.seen_px.size();
   return points;
@@ -63,25 +63,24 @@ std::size_t points_of(const TargetPicture& marks) {
 
 }  // namespace
 
-std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures, double diagonal_px,
+std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& images, double diagonal_px,
                                       const VideoViewOptions& options) {
-  const std::vector<double> speeds = speeds_px_s(pictures);
+  const std::vector<double> speeds = speeds_px_s(images);
   const std::size_t min_points = 4 * static_cast<std::size_t>(options.fewest_tags);
   std::vector<std::size_t> by_speed;
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    if (points_of(pictures[i].marks) >= min_points && speeds[i] <= options.fastest_px_s)
-      by_speed.push_back(i);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    if (points_of(images[i].marks) >= min_points && speeds[i] <= options.fastest_px_s) by_speed.push_back(i);
   }
   std::ranges::stable_sort(by_speed, {}, [&](std::size_t i) { return speeds[i]; });
   std::vector<std::size_t> chosen;
   for (const std::size_t i : by_speed) {
     const bool is_new = std::ranges::all_of(chosen, [&](std::size_t c) {
-      return apart_px(pictures[c].marks, pictures[i].marks) > options.new_view_share * diagonal_px;
+      return apart_px(images[c].marks, images[i].marks) > options.new_view_share * diagonal_px;
     });
     if (is_new) chosen.push_back(i);
   }
   std::ranges::sort(chosen);
-  keep_most_distinct(chosen, pictures, static_cast<std::size_t>(options.most_views));
+  keep_most_distinct(chosen, images, static_cast<std::size_t>(options.most_views));
   return chosen;
 }
 
@@ -90,8 +89,8 @@ namespace {
 
 /// An image and the target detected in it.
 struct TargetImage {
-  PictureReport report{};
-  TargetPicture marks{};
+  ImageReport report{};
+  TargetMarks marks{};
 };
 
 Image copy_of(const ImageView& image) {
@@ -104,14 +103,14 @@ Image copy_of(const ImageView& image) {
 struct TargetImages {
   std::vector<std::string> names{};
   std::vector<std::vector<TagDetection>> detections{};
-  std::vector<TargetPicture> marks{};
+  std::vector<TargetMarks> marks{};
   std::vector<double> marker_shares{};  ///< SeenTarget::marker_share for the images in which it is known
   int width_px = 0;
   int height_px = 0;
 };
 
-Status add_picture(TargetImage picture, TargetImages& seen) {
-  const PictureReport& report = picture.report;
+Status add_image(TargetImage image, TargetImages& seen) {
+  const ImageReport& report = image.report;
   if (report.error || !report.detected) return {};
   if (seen.names.empty()) {
     seen.width_px = report.width_px;
@@ -123,20 +122,20 @@ Status add_picture(TargetImage picture, TargetImages& seen) {
                             seen.names.front(), seen.width_px, seen.height_px),
                 {.source = report.image}, "Calibrate with images from one camera at one resolution.");
   seen.names.push_back(report.image);
-  seen.marks.push_back(std::move(picture.marks));
-  seen.detections.push_back(std::move(picture.report.detections));
+  seen.marks.push_back(std::move(image.marks));
+  seen.detections.push_back(std::move(image.report.detections));
   return {};
 }
 
 std::vector<std::size_t> views_of_video(const std::vector<TargetImage>& images,
                                         const VideoViewOptions& options) {
-  std::vector<StampedMarks> pictures;
-  pictures.reserve(images.size());
-  for (const TargetImage& picture : images)
-    pictures.push_back({picture.report.stamp.value_or(SensorTime()), picture.marks});
+  std::vector<StampedMarks> stamped;
+  stamped.reserve(images.size());
+  for (const TargetImage& image : images)
+    stamped.push_back({image.report.stamp.value_or(SensorTime()), image.marks});
   const double diagonal_px =
       images.empty() ? 0 : std::hypot(images.front().report.width_px, images.front().report.height_px);
-  return choose_views(pictures, diagonal_px, options);
+  return choose_views(stamped, diagonal_px, options);
 }
 
 /// Reads the images for a job in order, and selects views from videos.
@@ -150,52 +149,52 @@ class ImageReader {
     video_ = inputs_.size();
     const DetectSummary summary =
         detect_all(inputs_, finder, nullptr, control_,
-                   [&](std::size_t index, PictureReport& report, const ImageView& image) {
+                   [&](std::size_t index, ImageReport& report, const ImageView& image) {
                      return take(index, report, image);
                    });
     end_video();
     if (!status_) return tl::unexpected(status_.error());
     if (summary.stopped) return fail(ErrorCode::InvalidArgument, "stopped");
-    if (summary.pictures == 0 && summary.failed > 0)
+    if (summary.images == 0 && summary.failed > 0)
       return fail(ErrorCode::NotFound, "none of the inputs could be read", {},
                   "Give images, videos or recordings of the board.");
-    if (!without_target_.empty() && std::ranges::all_of(seen_.marks, &TargetPicture::empty))
+    if (!without_target_.empty() && std::ranges::all_of(seen_.marks, &TargetMarks::empty))
       return fail(ErrorCode::NotFound, "no image shows the target", {.source = without_target_name_},
                   target_.absence_advice(without_target_.view()));
     return std::move(seen_);
   }
 
  private:
-  bool take(std::size_t index, const PictureReport& report, const ImageView& image) {
+  bool take(std::size_t index, const ImageReport& report, const ImageView& image) {
     if (index != video_) end_video();
     video_ = index;
-    TargetImage picture{.report = report};
+    TargetImage photo{.report = report};
     if (!target_.is_board())
-      picture.marks = target_marks(report.detections, target_.tags());
+      photo.marks = target_marks(report.detections, target_.tags());
     else if (report.detected && status_)
-      status_ = find_board(image, picture);
-    if (picture.marks.empty() && without_target_.empty() && !image.empty()) {
+      status_ = find_board(image, photo);
+    if (photo.marks.empty() && without_target_.empty() && !image.empty()) {
       without_target_ = copy_of(image);
       without_target_name_ = report.image;
     }
     if (report.stamp && kind_of(inputs_[index].path) == FileKind::Video)
-      video_images_.push_back(std::move(picture));
+      video_images_.push_back(std::move(photo));
     else if (status_)
-      status_ = add_picture(std::move(picture), seen_);
+      status_ = add_image(std::move(photo), seen_);
     return status_.has_value();
   }
 
-  Status find_board(const ImageView& image, TargetImage& picture) {
+  Status find_board(const ImageView& image, TargetImage& photo) {
     auto marks = target_.find(image, {});
     if (!marks) return tl::unexpected(marks.error());
-    picture.marks = std::move(marks->marks);
+    photo.marks = std::move(marks->marks);
     if (marks->marker_share) seen_.marker_shares.push_back(*marks->marker_share);
     return {};
   }
 
   void end_video() {
     const std::vector<std::size_t> chosen = views_of_video(video_images_, job_.views);
-    const auto shows = [](const TargetImage& picture) { return !picture.marks.empty(); };
+    const auto shows = [](const TargetImage& photo) { return !photo.marks.empty(); };
     if (!video_images_.empty() && std::ranges::none_of(video_images_, shows))
       control_.note(fmt::format("{}: none of the {} images shows the board", inputs_[video_].path,
                                 video_images_.size()));
@@ -203,7 +202,7 @@ class ImageReader {
       control_.note(fmt::format("{}: {} of {} images are new views of the board at rest",
                                 inputs_[video_].path, chosen.size(), video_images_.size()));
     for (const std::size_t i : chosen)
-      if (status_) status_ = add_picture(std::move(video_images_[i]), seen_);
+      if (status_) status_ = add_image(std::move(video_images_[i]), seen_);
     video_images_.clear();
   }
 
@@ -226,8 +225,8 @@ Result<TargetImages> from_detections(const std::string& path) {
   auto reports = or_wrong_kind(parse_reports(*text, path), path, FileUse::Detections);
   if (!reports) return tl::unexpected(reports.error());
   TargetImages seen;
-  for (PictureReport& report : *reports)
-    if (const Status fits = add_picture({.report = std::move(report)}, seen); !fits)
+  for (ImageReport& report : *reports)
+    if (const Status fits = add_image({.report = std::move(report)}, seen); !fits)
       return tl::unexpected(fits.error());
   return seen;
 }
@@ -259,7 +258,7 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
     for (std::size_t i = 0; i < seen->marks.size(); ++i)
       seen->marks[i] = target_marks(seen->detections[i], target.tags());
   return CalibrateCameraReport{.found = std::move(*found),
-                               .pictures = std::move(seen->names),
+                               .images = std::move(seen->names),
                                .marks = std::move(seen->marks),
                                .mark_kind = target.mark_kind()};
 }
@@ -274,12 +273,12 @@ std::string format_of(const CameraFitJob& job) {
   return job.output.ends_with(".json") ? "photonvision" : "waymark";
 }
 
-CameraObservation observation_of(const CalibrateCameraReport& report, std::size_t picture) {
-  const CalibratedView& view = report.found.views[picture];
+CameraObservation observation_of(const CalibrateCameraReport& report, std::size_t image) {
+  const CalibratedView& view = report.found.views[image];
   const SE3 cam_T_target = view.target_T_cam.inverse();
-  CameraObservation seen{.picture = report.pictures[picture], .cam_T_target = cam_T_target};
+  CameraObservation seen{.image = report.images[image], .cam_T_target = cam_T_target};
   for (std::size_t i = 0; i < view.used.size(); ++i) {
-    const TargetMark& mark = report.marks[picture][i];
+    const TargetMark& mark = report.marks[image][i];
     for (std::size_t k = 0; k < mark.seen_px.size(); ++k) {
       const auto px = report.found.camera.project(cam_T_target * mark.target_points_m[k]);
       seen.target_points_m.push_back(mark.target_points_m[k]);
@@ -298,7 +297,7 @@ Result<std::string> text_as(const std::string& format, const NamedCamera& camera
   if (format == "kalibr") return to_camchain_yaml({camera});
   if (format == "opencv") return to_opencv_yaml(camera);
   std::vector<CameraObservation> observations;
-  for (std::size_t i = 0; i < report.pictures.size(); ++i)
+  for (std::size_t i = 0; i < report.images.size(); ++i)
     if (!report.found.views[i].used.empty()) observations.push_back(observation_of(report, i));
   return to_photonvision_json(camera, observations);
 }
@@ -312,7 +311,7 @@ Status write_as(const std::string& format, const std::string& path, const NamedC
 Status write_calibration_yaml(const CameraFitJob& job, const CalibrateCameraReport& report) {
   Calibration calibration = to_calibration(report.found);
   calibration.provenance.insert(calibration.provenance.begin(),
-                                {"pictures", fmt::format("{}", report.pictures.size())});
+                                {"images", fmt::format("{}", report.images.size())});
   return write_calibration(job.output, calibration);
 }
 
@@ -428,14 +427,14 @@ ReportFields fields(const TriedLens& tried) {
 }
 
 struct UsedImage {
-  std::string picture{};
+  std::string image{};
   std::string mark_kind = "tags";
   CalibratedView view{};
 };
 
 ReportFields fields(const UsedImage& used) {
   return {
-      {"picture", "Name of the image", used.picture},
+      {"image", "Name of the image", used.image},
       {used.mark_kind, "Number of tags in the fit; for a board with corners, the key is `corners`",
        used.view.marks},
       {"rejected", "Number of tags or corners rejected as outliers", used.view.rejected},
@@ -464,9 +463,9 @@ ReportFields fields(const CalibrateCameraReport& report) {
                                        {"sigma", "", sigma_of(found, i)}}});
   std::vector<TriedLens> lenses;
   for (const LensTrial& trial : found.trials) lenses.push_back({trial});
-  std::vector<UsedImage> pictures;
+  std::vector<UsedImage> images;
   for (std::size_t i = 0; i < found.views.size(); ++i)
-    pictures.push_back({report.pictures[i], report.mark_kind, found.views[i]});
+    images.push_back({report.images[i], report.mark_kind, found.views[i]});
   std::vector<FittedRegion> regions;
   for (const ImageRegion& region : found.regions) regions.push_back({region});
   return {{"lens", "Lens model: none, radtan4, radtan5, rational8 or equidistant", to_string(found.lens)},
@@ -479,7 +478,7 @@ ReportFields fields(const CalibrateCameraReport& report) {
            found.noise_scale},
           {"parameters", "Value and standard deviation (sigma) by parameter", parameters},
           {"lenses", "One entry per lens model that was tried", lenses},
-          {"pictures", "One entry per image", pictures},
+          {"images", "One entry per image", images},
           {"regions", "One entry per ninth of the image, row by row from the top left", regions},
           {"advice", "Missing images and other advice; empty if none", found.advice}};
 }
@@ -498,16 +497,16 @@ std::string lenses_text(const CameraCalibration& found) {
 
 std::string views_text(const CalibrateCameraReport& report) {
   const CameraCalibration& found = report.found;
-  const std::vector<std::string>& pictures = report.pictures;
+  const std::vector<std::string>& images = report.images;
   std::string text = fmt::format("{:>7}{:>9}{:>10}{:>10}{:>12}  image\n", report.mark_kind, "rejected",
                                  "RMS px", "tilt deg", "distance m");
   for (std::size_t i = 0; i < found.views.size(); ++i) {
     const CalibratedView& view = found.views[i];
     if (view.marks == 0) {
-      text += fmt::format("{:>7}{:>9}{:>10}{:>10}{:>12}  {}\n", 0, view.rejected, "-", "-", "-", pictures[i]);
+      text += fmt::format("{:>7}{:>9}{:>10}{:>10}{:>12}  {}\n", 0, view.rejected, "-", "-", "-", images[i]);
     } else {
       text += fmt::format("{:>7}{:>9}{:>10.4f}{:>10.1f}{:>12.3f}  {}\n", view.marks, view.rejected,
-                          view.rms_px, view.tilt_deg, view.distance_m, pictures[i]);
+                          view.rms_px, view.tilt_deg, view.distance_m, images[i]);
     }
   }
   return text;

@@ -45,13 +45,13 @@ struct VideoViewOptions {
 /// The target in one image from a video.
 struct StampedMarks {
   SensorTime stamp{};
-  TargetPicture marks{};
+  TargetMarks marks{};
 };
 
-/// Ascending indices of the selected views. Pictures are considered in order of increasing corner speed, and
+/// Ascending indices of the selected views. Images are considered in order of increasing corner speed, and
 /// selected if they differ enough from all those already selected. If more than `most_views` are selected,
-/// the most similar ones are removed. `diagonal_px` is the image diagonal. O(pictures * views * marks).
-[[nodiscard]] std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
+/// the most similar ones are removed. `diagonal_px` is the image diagonal. O(images * views * marks).
+[[nodiscard]] std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& images,
                                                     double diagonal_px, const VideoViewOptions& options = {});
 
 /// Options for the camera fit and for its outputs.
@@ -121,9 +121,9 @@ struct CalibrateCameraReport {
   /// Initially a placeholder camera with one pixel.
   CameraCalibration found{
       .camera = CameraModel::make(PinholeRadtan{.fx = 1, .fy = 1, .cx = 0.5, .cy = 0.5}, 1, 1).value()};
-  std::vector<std::string> pictures{};  ///< image names, in the order of found.views
-  std::vector<TargetPicture> marks{};   ///< one entry per picture
-  std::string mark_kind = "tags";       ///< kind of marks: "tags" or "corners"
+  std::vector<std::string> images{};  ///< image names, in the order of found.views
+  std::vector<TargetMarks> marks{};   ///< one entry per image
+  std::string mark_kind = "tags";     ///< kind of marks: "tags" or "corners"
 };
 
 /// Fails if an output cannot be written, or if its format cannot represent the lens. Call this before images

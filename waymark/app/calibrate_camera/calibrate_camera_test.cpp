@@ -28,23 +28,23 @@ using ::testing::HasSubstr;
 using ::testing::Lt;
 using ::testing::Not;
 
-/// A board whose tags are at the horizontal image position `x_px`, in a picture taken k/30 s after the first
+/// A board whose tags are at the horizontal image position `x_px`, in an image taken k/30 s after the first
 /// one.
 StampedMarks board_at(int k, double x_px, int tags = 6) {
-  StampedMarks picture{.stamp = SensorTime(std::chrono::microseconds(33'333 * k))};
+  StampedMarks image{.stamp = SensorTime(std::chrono::microseconds(33'333 * k))};
   for (int i = 0; i < tags; ++i) {
     const Eigen::Vector2d at(x_px + 50 * (i % 3), 100 + 50 * (i / 3));
     TargetMark tag{.key = i, .target_points_m = std::vector<Eigen::Vector3d>(4, {0, 0, 0})};
     tag.seen_px = {at, at + Eigen::Vector2d(30, 0), at + Eigen::Vector2d(30, 30),
                    at + Eigen::Vector2d(0, 30)};
-    picture.marks.push_back(tag);
+    image.marks.push_back(tag);
   }
-  return picture;
+  return image;
 }
 
 TEST(CalibrateCameraReport, NamesParametersAndTheMarksOfItsTarget) {
   EXPECT_EQ(to_json(fields(CalibrateCameraReport{}))["regions"].size(), 9U);
-  CalibrateCameraReport report{.pictures = {"a.png"}, .mark_kind = "corners"};
+  CalibrateCameraReport report{.images = {"a.png"}, .mark_kind = "corners"};
   report.found.names = {"fx_px"};
   report.found.parameters = Eigen::VectorXd::Constant(1, 440);
   report.found.covariance = Eigen::MatrixXd::Constant(1, 1, 0.25);
@@ -53,21 +53,20 @@ TEST(CalibrateCameraReport, NamesParametersAndTheMarksOfItsTarget) {
   const auto json = to_json(fields(report));
   EXPECT_EQ(json["parameters"].dump(), R"({"fx_px":{"value":440.0,"sigma":0.5}})");
   EXPECT_EQ(json["lenses"].dump(), R"([{"lens":"radtan4","held_out_rms_px":null}])");
-  EXPECT_EQ(
-      json["pictures"].dump(),
-      R"([{"picture":"a.png","corners":30,"rejected":1,"rms_px":0.5,"tilt_deg":20.0,"distance_m":2.0}])");
+  EXPECT_EQ(json["images"].dump(),
+            R"([{"image":"a.png","corners":30,"rejected":1,"rms_px":0.5,"tilt_deg":20.0,"distance_m":2.0}])");
 }
 
-TEST(VideoViews, TakesOneStillPicturePerPosition) {
-  std::vector<StampedMarks> pictures;
+TEST(VideoViews, TakesOneStillImagePerPosition) {
+  std::vector<StampedMarks> images;
   int k = 0;
   const auto stay = [&](double x_px) {
-    for (int i = 0; i < 10; ++i) pictures.push_back(board_at(k++, x_px + 0.1 * i));
+    for (int i = 0; i < 10; ++i) images.push_back(board_at(k++, x_px + 0.1 * i));
   };
   stay(10);
-  for (int i = 1; i < 10; ++i) pictures.push_back(board_at(k++, 10 + 20 * i));  // moves at 600 px/s
+  for (int i = 1; i < 10; ++i) images.push_back(board_at(k++, 10 + 20 * i));  // moves at 600 px/s
   stay(210);
-  const auto chosen = choose_views(pictures, 800);
+  const auto chosen = choose_views(images, 800);
   ASSERT_EQ(chosen.size(), 2U);
   EXPECT_LT(chosen[0], 10U);
   EXPECT_GE(chosen[1], 19U);
@@ -131,7 +130,7 @@ TEST(CheckOutputs, RejectsTheExtensionOfAnotherFormat) {
 }
 
 constexpr int kStops = 9;
-constexpr int kPicturesPerStop = 3;
+constexpr int kImagesPerStop = 3;
 
 /// Pose of the board at a stop or, if `stop` has a fractional part, between two stops.
 SE3 cam_T_board_at(double stop) {
@@ -158,12 +157,12 @@ TEST(CalibrateVideo, UsesTheStopsAndEstimatesTheFocalLength) {
                             .cam_T_tag = cam_T_board_at(stop) * tag.map_T_tag,
                             .size_m = tag.size_m,
                             .margin_cells = 0.5});
-    const auto picture = photograph(truth, scene, {}, random);
-    ASSERT_TRUE(picture) << to_string(picture.error());
-    ASSERT_TRUE(writer->add(picture->image.view(), SensorTime(std::chrono::milliseconds(33 * k++))));
+    const auto photo = photograph(truth, scene, {}, random);
+    ASSERT_TRUE(photo) << to_string(photo.error());
+    ASSERT_TRUE(writer->add(photo->image.view(), SensorTime(std::chrono::milliseconds(33 * k++))));
   };
   for (int stop = 0; stop < kStops; ++stop) {
-    for (int i = 0; i < kPicturesPerStop; ++i) show(stop);
+    for (int i = 0; i < kImagesPerStop; ++i) show(stop);
     show(stop + 0.5);  // between two stops, where it moves too fast
   }
   ASSERT_TRUE(writer->close());
@@ -175,12 +174,12 @@ TEST(CalibrateVideo, UsesTheStopsAndEstimatesTheFocalLength) {
   const auto report = calibrate_camera(job, target, finder, control);
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_THAT(notes, ::testing::Contains(::testing::HasSubstr("36 images")));
-  EXPECT_GE(report->pictures.size(), 6U);
+  EXPECT_GE(report->images.size(), 6U);
   std::set<int> stops;  // not necessarily all stops, because some views are similar
-  for (const std::string& name : report->pictures) {
+  for (const std::string& name : report->images) {
     const int index = static_cast<int>(std::lround(std::stod(name.substr(name.rfind('#') + 1)) / 0.033));
-    EXPECT_LT(index % (kPicturesPerStop + 1), kPicturesPerStop) << "taken between two stops: " << name;
-    EXPECT_TRUE(stops.insert(index / (kPicturesPerStop + 1)).second) << "stop selected twice: " << name;
+    EXPECT_LT(index % (kImagesPerStop + 1), kImagesPerStop) << "taken between two stops: " << name;
+    EXPECT_TRUE(stops.insert(index / (kImagesPerStop + 1)).second) << "stop selected twice: " << name;
   }
   ASSERT_EQ(report->found.names[0], "fx_px");
   EXPECT_NEAR(report->found.parameters[0], 512, 2.5);

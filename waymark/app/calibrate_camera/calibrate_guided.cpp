@@ -10,7 +10,7 @@
 
 #include "waymark/app/common/detect_all.hpp"
 #include "waymark/app/common/file_kind.hpp"
-#include "waymark/app/common/picture_files.hpp"
+#include "waymark/app/common/image_files.hpp"
 #include "waymark/app/live/camera_page.hpp"
 #include "waymark/app/live/cameras.hpp"
 
@@ -73,7 +73,7 @@ Status from_camera(const CalibrateGuidedJob& job, GuidedCalibration& guided, con
   if (*view != nullptr) page = std::make_unique<CameraPage>(**camera, (*view)->feed(), no_poses);
   StatusReporter reporter(guided, control);
   CameraWatch watch;
-  watch.on_picture = [&](CameraPicture& seen) -> Status {
+  watch.on_image = [&](CameraImage& seen) -> Status {
     const auto taken = guided.take(seen.frame.stamp, seen.frame.image);
     if (!taken) return tl::unexpected(taken.error());
     const bool reported = reporter.report(seen.frame.stamp, *taken);
@@ -98,7 +98,7 @@ Status from_files(const CalibrateGuidedJob& job, GuidedCalibration& guided, cons
   const TagFinder nothing = no_tags();
   const DetectSummary summary = detect_all(
       find_inputs(job.sources, job.recursive), nothing, nullptr, control,
-      [&](std::size_t index, const PictureReport& report, const ImageView& image) {
+      [&](std::size_t index, const ImageReport& report, const ImageView& image) {
         if (!report.detected) return true;
         const auto taken = guided.take(report.stamp.value_or(SensorTime(std::chrono::seconds(index))), image);
         if (!taken) {
@@ -108,7 +108,7 @@ Status from_files(const CalibrateGuidedJob& job, GuidedCalibration& guided, cons
         static_cast<void>(reporter.report(report.stamp.value_or(SensorTime()), *taken));
         return !guided.status().good_enough;
       });
-  if (status && summary.pictures == 0) return fail(ErrorCode::NotFound, "no image could be read");
+  if (status && summary.images == 0) return fail(ErrorCode::NotFound, "no image could be read");
   return status;
 }
 

@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 std::string error_text(const Status& status) { return status ? "" : to_string(status.error()); }
 
 TEST(GuidedChecks, RejectsSingleImagesAndAMissingSource) {
-  const auto folder = testing::fresh_folder("live_job_checks_pictures");
+  const auto folder = testing::fresh_folder("live_job_checks_images");
   std::ofstream(folder / "a.png") << "x";
   CalibrateGuidedJob job{.sources = {(folder / "a.png").string()}};
   const auto none_given = [](const char*) { return false; };

@@ -78,7 +78,7 @@ void refuse_of_other_targets(const TargetOptions& options, FieldRefusals& refuse
 
 /// The target detected in one image.
 struct SeenTarget {
-  TargetPicture marks{};
+  TargetMarks marks{};
   /// Ratio of marker side to square side, as observed in the image. Only set for ChArUco boards.
   std::optional<double> marker_share{};
 };

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/app/common/picture_files.hpp"
+#include "waymark/app/common/image_files.hpp"
 #include "waymark/codecs/image_file.hpp"
 
 namespace waymark {
@@ -20,15 +20,14 @@ struct GuidePart {
   std::string name{};
   int corners = 0;
   int corners_wanted = 0;
-  int corners_in_picture = 0;
+  int corners_in_image = 0;
 };
 
 ReportFields fields(const GuidePart& part) {
-  return {
-      {"part", "Name of the part, such as top left", part.name},
-      {"corners", "Number of corners in this part in all views", part.corners},
-      {"corners_wanted", "Number of corners required in this part", part.corners_wanted},
-      {"corners_in_picture", "Number of corners in this part of the last image", part.corners_in_picture}};
+  return {{"part", "Name of the part, such as top left", part.name},
+          {"corners", "Number of corners in this part in all views", part.corners},
+          {"corners_wanted", "Number of corners required in this part", part.corners_wanted},
+          {"corners_in_image", "Number of corners in this part of the last image", part.corners_in_image}};
 }
 
 struct GuideTilt {
@@ -49,7 +48,7 @@ std::string to_text(const GuideStatus& status) {
   std::string text = fmt::format("{} views", status.coverage.views);
   if (status.held_out_rms_px) text += fmt::format(", {:.2f} px", *status.held_out_rms_px);
   if (status.focal_share) text += fmt::format(", focal length +- {:.2g} %", 100 * *status.focal_share);
-  text += fmt::format("; {}", to_string(status.picture));
+  text += fmt::format("; {}", to_string(status.image));
   if (status.good_enough) return text + "; good enough";
   if (!status.absence.empty()) return text + "; " + status.absence;
   constexpr std::size_t kMaxListed = 2;
@@ -67,12 +66,12 @@ ReportFields fields(const GuideStatus& status) {
   std::vector<GuidePart> parts;
   for (std::size_t i = 0; i < status.coverage.corners.size(); ++i)
     parts.push_back({image_part_names().at(i), status.coverage.corners.at(i), wanted.corners_each_part,
-                     status.in_picture.at(i)});
+                     status.in_image.at(i)});
   std::vector<GuideTilt> tilts;
   for (const auto& [tilt, edge] : tilts_with_edges())
     tilts.push_back({edge, status.coverage.tilts.at(static_cast<std::size_t>(tilt)), wanted.views_each_tilt});
   return {
-      {"picture", "Result for the last image", to_string(status.picture)},
+      {"image", "Result for the last image", to_string(status.image)},
       {"views", "Number of views so far", status.coverage.views},
       {"views_wanted", "Number of views required", wanted.views},
       {"held_out_rms_px", "Root mean square error in held-out views, from the fourth view on",
@@ -126,10 +125,10 @@ Result<bool> GuidedCalibration::take(SensorTime stamp, const ImageView& image) {
   auto found = target_.find(image, finder_);
   if (!found) return tl::unexpected(found.error());
   marks_ = std::move(found->marks);
-  status_.in_picture = corners_by_part(marks_, image.width, image.height);
+  status_.in_image = corners_by_part(marks_, image.width, image.height);
   explain_absence(stamp, image);
-  status_.picture = capture_.take(stamp, image, marks_);
-  if (status_.picture != CaptureVerdict::New) return false;
+  status_.image = capture_.take(stamp, image, marks_);
+  if (status_.image != CaptureVerdict::New) return false;
   if (found->marker_share) marker_shares_.push_back(*found->marker_share);
   std::string name = fmt::format("view {}", views_.size() + 1);
   if (Status kept = keep(image, name); !kept) return tl::unexpected(kept.error());
@@ -165,7 +164,7 @@ Status GuidedCalibration::keep(const ImageView& image, std::string& name) const 
   return write_image(name, image);
 }
 
-Status GuidedCalibration::add_view(std::string name, TargetPicture marks, int width_px, int height_px) {
+Status GuidedCalibration::add_view(std::string name, TargetMarks marks, int width_px, int height_px) {
   if (views_.empty()) {
     width_px_ = width_px;
     height_px_ = height_px;
@@ -213,7 +212,7 @@ Result<CalibrateCameraReport> GuidedCalibration::finish() const {
   if (auto warning = target_.marker_size_warning(marker_shares_))
     found->advice.push_back(*std::move(warning));
   return CalibrateCameraReport{
-      .found = *std::move(found), .pictures = names_, .marks = views_, .mark_kind = target_.mark_kind()};
+      .found = *std::move(found), .images = names_, .marks = views_, .mark_kind = target_.mark_kind()};
 }
 
 }  // namespace waymark

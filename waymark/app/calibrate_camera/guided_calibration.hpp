@@ -33,10 +33,10 @@ struct GuideOptions {
 
 /// State of a guided calibration.
 struct GuideStatus {
-  GuideOptions wanted{};     ///< the required views and accuracy
-  CaptureVerdict picture{};  ///< verdict on the last image
+  GuideOptions wanted{};   ///< the required views and accuracy
+  CaptureVerdict image{};  ///< verdict on the last image
   ViewCoverage coverage{};
-  std::array<int, 9> in_picture{};          ///< number of corners in each ninth of the last picture
+  std::array<int, 9> in_image{};            ///< number of corners in each ninth of the last image
   std::vector<std::string> missing{};       ///< descriptions of the missing views; empty if there are none
   std::optional<double> held_out_rms_px{};  ///< held-out RMS error with the views so far
   std::optional<double> focal_share{};      ///< relative standard deviation of the focal length
@@ -67,13 +67,13 @@ class GuidedCalibration {
   [[nodiscard]] Result<bool> take(SensorTime stamp, const ImageView& image);
   [[nodiscard]] const GuideStatus& status() const { return status_; }
   /// The marks in the last image.
-  [[nodiscard]] const TargetPicture& marks() const { return marks_; }
+  [[nodiscard]] const TargetMarks& marks() const { return marks_; }
 
   /// Calibrates with all views, like calibrate_camera(). Fails if there are too few views.
   [[nodiscard]] Result<CalibrateCameraReport> finish() const;
 
  private:
-  [[nodiscard]] Status add_view(std::string name, TargetPicture marks, int width_px, int height_px);
+  [[nodiscard]] Status add_view(std::string name, TargetMarks marks, int width_px, int height_px);
   [[nodiscard]] Status keep(const ImageView& image, std::string& name) const;
   void judge();
   /// Searches for other boards, once, if no image has shown the target for a while.
@@ -85,9 +85,9 @@ class GuidedCalibration {
   const GuideOptions& options_;
   std::string folder_;
   ViewCapture capture_;
-  TargetPicture marks_{};
+  TargetMarks marks_{};
   std::vector<std::string> names_{};
-  std::vector<TargetPicture> views_{};
+  std::vector<TargetMarks> views_{};
   std::vector<double> marker_shares_{};
   bool seen_ = false;  ///< whether any image has shown the target
   std::optional<SensorTime> first_{};

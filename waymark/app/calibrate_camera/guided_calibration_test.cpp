@@ -28,9 +28,9 @@ using ::testing::Not;
 /// Seven views, where one tilt to the left is missing and two parts of the image have too few corners.
 GuideStatus some_views(const GuideOptions& options) {
   GuideStatus status{.wanted = options};
-  status.picture = CaptureVerdict::Moving;
+  status.image = CaptureVerdict::Moving;
   status.coverage = {.views = 7, .corners = {0, 40, 40, 40, 40, 40, 40, 40, 19}, .tilts = {1, 1, 2, 2, 2}};
-  status.in_picture = {5, 1, 0, 0, 0, 0, 0, 0, 0};
+  status.in_image = {5, 1, 0, 0, 0, 0, 0, 0, 0};
   status.missing = missing_views(status.coverage, options.coverage);
   status.held_out_rms_px = 0.21;
   status.focal_share = 0.003;
@@ -56,14 +56,14 @@ TEST(GuidedCalibration, JsonHasEveryPartAndTiltWithItsTarget) {
   GuideOptions options;
   options.coverage.corners_each_part = 30;
   const auto json = to_json(fields(some_views(options)));
-  EXPECT_EQ(json["picture"], "hold still");
+  EXPECT_EQ(json["image"], "hold still");
   EXPECT_EQ(json["views"], 7);
   EXPECT_EQ(json["views_wanted"], 12);
   EXPECT_EQ(json["focal_sigma_share"], 0.003);
   EXPECT_EQ(json["focal_sigma_share_wanted"], 0.001);
   ASSERT_EQ(json["parts"].size(), 9U);
   EXPECT_EQ(json["parts"][0].dump(),
-            R"({"part":"top left","corners":0,"corners_wanted":30,"corners_in_picture":5})");
+            R"({"part":"top left","corners":0,"corners_wanted":30,"corners_in_image":5})");
   EXPECT_EQ(json["parts"][8]["part"], "bottom right");
   EXPECT_EQ(json["parts"][8]["corners"], 19);
   ASSERT_EQ(json["tilts"].size(), 4U);
@@ -88,10 +88,10 @@ struct Guide {
   CameraModel camera =
       CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236}, 640, 480).value();
   Random random{20261125};
-  int pictures = 0;
+  int images = 0;
 
   /// An image of the board at a stop.
-  Image picture_at(double stop, double aside_m = 0) {
+  Image image_at(double stop, double aside_m = 0) {
     const SO3 tilt = SO3::exp({to_radians(30) * std::cos(2.0 * stop), to_radians(30) * std::sin(2.0 * stop),
                                0.15 * std::sin(stop)});
     const SE3 cam_T_board(
@@ -102,7 +102,7 @@ struct Guide {
           {.tag = id, .cam_T_tag = cam_T_board * tag.map_T_tag, .size_m = tag.size_m, .margin_cells = 0.5});
     return photograph(camera, scene, {}, random).value().image;
   }
-  SensorTime next() { return SensorTime(std::chrono::milliseconds(33 * pictures++)); }
+  SensorTime next() { return SensorTime(std::chrono::milliseconds(33 * images++)); }
   /// Repeats an image until the board counts as being at rest, and returns whether it became a view.
   bool hold(GuidedCalibration& guided, const Image& image) {
     bool taken = false;
@@ -121,10 +121,10 @@ TEST(GuidedViews, TakesEachViewOnceStoresItAndResumesFromTheFolder) {
   GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, folder.string());
   EXPECT_THAT(guided.status().missing, Not(IsEmpty())) << "views are missing before the first image";
   for (int stop = 0; stop < 4; ++stop) {
-    const Image picture = guide.picture_at(stop);
-    EXPECT_TRUE(guide.hold(guided, picture)) << stop;
-    EXPECT_FALSE(*guided.take(guide.next(), picture.view())) << "a duplicate view is not added";
-    EXPECT_EQ(guided.status().picture, CaptureVerdict::Known);
+    const Image image = guide.image_at(stop);
+    EXPECT_TRUE(guide.hold(guided, image)) << stop;
+    EXPECT_FALSE(*guided.take(guide.next(), image.view())) << "a duplicate view is not added";
+    EXPECT_EQ(guided.status().image, CaptureVerdict::Known);
     EXPECT_EQ(guided.status().coverage.views, static_cast<std::size_t>(stop + 1));
     EXPECT_EQ(guided.status().held_out_rms_px.has_value(), stop == 3) << "the first fit has four views";
   }
@@ -137,7 +137,7 @@ TEST(GuidedViews, TakesEachViewOnceStoresItAndResumesFromTheFolder) {
   EXPECT_EQ(found->mark_kind, "tags");
   EXPECT_THAT(to_text(*found), HasSubstr("fx_px"));
 
-  std::ofstream(folder / "broken.png") << "no picture";
+  std::ofstream(folder / "broken.png") << "no image";
   std::vector<std::string> notes;
   JobControl control;
   control.note = [&](const std::string& note) { notes.push_back(note); };
@@ -147,18 +147,18 @@ TEST(GuidedViews, TakesEachViewOnceStoresItAndResumesFromTheFolder) {
   EXPECT_EQ(*resumed, 4U);
   EXPECT_EQ(notes.size(), 1U) << "there is a note on the broken image";
   EXPECT_NEAR(*again.status().focal_share, *guided.status().focal_share, 0.1 * *guided.status().focal_share);
-  EXPECT_FALSE(guide.hold(again, guide.picture_at(2))) << "a duplicate view is not added";
-  EXPECT_TRUE(guide.hold(again, guide.picture_at(0, 0.11)));
+  EXPECT_FALSE(guide.hold(again, guide.image_at(2))) << "a duplicate view is not added";
+  EXPECT_TRUE(guide.hold(again, guide.image_at(0, 0.11)));
   EXPECT_TRUE(fs::exists(folder / "view-005.png")) << "existing files are not overwritten";
 }
 
 TEST(GuidedViews, RejectsImagesOfAnotherSize) {
   Guide guide;
   GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, "");
-  ASSERT_TRUE(guide.hold(guided, guide.picture_at(0)));
+  ASSERT_TRUE(guide.hold(guided, guide.image_at(0)));
   guide.camera =
       CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 300, .cy = 236}, 600, 480).value();
-  const Image other = guide.picture_at(3);
+  const Image other = guide.image_at(3);
   Result<bool> last = false;
   for (int i = 0; i < 3 && last; ++i) last = guided.take(guide.next(), other.view());
   ASSERT_FALSE(last);
@@ -170,9 +170,9 @@ TEST(GuidedViews, EndsAtTheMaximumNumberOfViews) {
   Guide guide;
   guide.options.views_at_most = 2;
   GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, "");
-  ASSERT_TRUE(guide.hold(guided, guide.picture_at(0)));
+  ASSERT_TRUE(guide.hold(guided, guide.image_at(0)));
   EXPECT_FALSE(guided.status().good_enough);
-  ASSERT_TRUE(guide.hold(guided, guide.picture_at(1)));
+  ASSERT_TRUE(guide.hold(guided, guide.image_at(1)));
   EXPECT_TRUE(guided.status().good_enough);
   EXPECT_THAT(to_text(guided.status()), HasSubstr("good enough"));
   EXPECT_FALSE(guided.finish()) << "two views do not determine a camera";
@@ -200,9 +200,9 @@ TEST(GuidedViews, FailsIfTheFolderCannotBeCreated) {
   const fs::path file = testing::fresh_folder("jobs_guided_file") / "file";
   std::ofstream(file) << "a file";
   GuidedCalibration guided(guide.fit, guide.target, guide.finder, guide.options, (file / "views").string());
-  const Image picture = guide.picture_at(0);
+  const Image image = guide.image_at(0);
   Result<bool> last = false;
-  for (int i = 0; i < 3 && last; ++i) last = guided.take(guide.next(), picture.view());
+  for (int i = 0; i < 3 && last; ++i) last = guided.take(guide.next(), image.view());
   ASSERT_FALSE(last);
   EXPECT_EQ(last.error().code, ErrorCode::Unwritable);
   EXPECT_EQ(last.error().place.source, (file / "views").string());

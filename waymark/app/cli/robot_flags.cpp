@@ -46,7 +46,7 @@ SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                "Camera of this computer for a robot that sends no images, with --robot "
                "process:CMD: v4l2:/dev/video0, or NAME=ADDRESS if the robot's file names several",
                kMore);
-  if (processes) add_fields(app, request_.pictures);
+  if (processes) add_fields(app, request_.image_settings);
   add_option(app, "--seed INTEGER", request_.seed, "Seed of all noise: the same seed gives the same bytes",
              kShown)
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"));
@@ -58,12 +58,12 @@ SceneFlags::SceneFlags(Settings& settings, Reach reach, bool has_flag)
       camera_(settings, "camera", "Camera with --images", reach),
       scene_(settings, "scene", "Scene with --images", reach) {}
 
-Status SceneFlags::apply(bool images, std::optional<DetectingCameraOptions>& pictures) const {
+Status SceneFlags::apply(bool images, std::optional<DetectingCameraOptions>& rendered) const {
   if (images) {
     DetectingCameraOptions scene_camera;
     Status status = camera_.apply(scene_camera.camera);
     if (status) status = scene_.apply(scene_camera.scene);
-    if (status) pictures = scene_camera;
+    if (status) rendered = scene_camera;
     return status;
   }
   const char* why = "options of camera and scene have no effect without images";
@@ -83,17 +83,16 @@ std::vector<std::string> SceneFlags::as_words(const SetupFlags& setup, bool imag
   return words;
 }
 
-PictureFlags::PictureFlags(Settings& settings, Reach reach, bool detects, Pictures pictures)
+ImageFlags::ImageFlags(Settings& settings, Reach reach, bool detects, Images images)
     : app_(settings.app()),
-      scene_(settings, pictures == Pictures::Never ? Reach::SettingsOnly : reach,
-             pictures != Pictures::Never) {
+      scene_(settings, images == Images::Never ? Reach::SettingsOnly : reach, images != Images::Never) {
   CLI::App& app = settings.app();
   request_.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
-  request_.images = pictures == Pictures::Always;
-  if (pictures != Pictures::Never)
+  request_.images = images == Images::Always;
+  if (images != Images::Never)
     add_flag(app, "--images", request_.images,
-             pictures == Pictures::Always ? "Render camera images: always on for this verb"
-                                          : "Render camera images and detect tags in them");
+             images == Images::Always ? "Render camera images: always on for this verb"
+                                      : "Render camera images and detect tags in them");
   if (detects)
     add_option(app, "--threads INTEGER", request_.threads,
                "Number of threads that render images and detect tags; the result does not depend on it. "
@@ -103,10 +102,10 @@ PictureFlags::PictureFlags(Settings& settings, Reach reach, bool detects, Pictur
              "Fault script: a .yaml file of faults and their times (docs/formats/faults.md)");
 }
 
-Result<RobotSetup> PictureFlags::apply(Result<RobotSetup> setup) const {
+Result<RobotSetup> ImageFlags::apply(Result<RobotSetup> setup) const {
   if (!setup) return setup;
   Status status = apply_simulation(request_, given_on(app_), *setup);
-  if (status) status = scene_.apply(request_.images, setup->simulated.pictures);
+  if (status) status = scene_.apply(request_.images, setup->simulated.images);
   if (!status) return tl::unexpected(status.error());
   return setup;
 }

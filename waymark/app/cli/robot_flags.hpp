@@ -71,7 +71,7 @@ class SceneFlags {
 
   /// Sets the options if images are rendered. Otherwise, fails if any of these options is on the command
   /// line.
-  [[nodiscard]] Status apply(bool images, std::optional<DetectingCameraOptions>& pictures) const;
+  [[nodiscard]] Status apply(bool images, std::optional<DetectingCameraOptions>& rendered) const;
   /// Flags that pass the options set by the user to a simulated robot: those of its setup, --images, and
   /// "--set SECTION.KEY=VALUE".
   [[nodiscard]] std::vector<std::string> as_words(const SetupFlags& setup, bool images) const;
@@ -84,18 +84,18 @@ class SceneFlags {
 };
 
 /// Whether a simulated robot renders images.
-enum class Pictures : std::uint8_t { OnDemand, Always, Never };
+enum class Images : std::uint8_t { OnDemand, Always, Never };
 
 /// The flags --images, --threads and --faults, and the camera and scene options. Must not move while the
 /// command line is parsed.
-class PictureFlags {
+class ImageFlags {
  public:
-  /// If `detects` is false, the verb has no --threads, because nothing is detected. With Pictures::Never it
+  /// If `detects` is false, the verb has no --threads, because nothing is detected. With Images::Never it
   /// has no --images; camera and scene options in a --config file are then accepted, but only apply to other
   /// verbs.
-  PictureFlags(Settings& settings, Reach reach, bool detects = true, Pictures pictures = Pictures::OnDemand);
-  PictureFlags(const PictureFlags&) = delete;
-  PictureFlags& operator=(const PictureFlags&) = delete;
+  ImageFlags(Settings& settings, Reach reach, bool detects = true, Images images = Images::OnDemand);
+  ImageFlags(const ImageFlags&) = delete;
+  ImageFlags& operator=(const ImageFlags&) = delete;
 
   /// Adds the fault script and the flags to the setup, or returns its error. Fails if the robot is a process
   /// and flags for a simulated robot are set.

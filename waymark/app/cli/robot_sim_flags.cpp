@@ -4,8 +4,8 @@
 
 namespace waymark::cli {
 
-RobotSimFlags::RobotSimFlags(CLI::App& verb, PlantFlag plant, Pictures pictures)
-    : settings_(verb), setup_(verb), pictures_(settings_, Reach::Flags, false, pictures) {
+RobotSimFlags::RobotSimFlags(CLI::App& verb, PlantFlag plant, Images images)
+    : settings_(verb), setup_(verb), images_(settings_, Reach::Flags, false, images) {
   if (plant == PlantFlag::None) return;
   add_option(verb, "--plant ROBOT", plant_,
              "Simulation behind the wire instead of Waymark's: process:CMD, a program with the protocol "
@@ -20,7 +20,7 @@ RobotSimFlags::RobotSimFlags(CLI::App& verb, PlantFlag plant, Pictures pictures)
 ExitCode RobotSimFlags::run(const Result<SimWire>& wire, Console& console) const {
   Result<RobotSetup> setup = setup_.make();
   if (setup && !plant_.empty()) setup->process = *plant_command(plant_);
-  setup = pictures_.apply(std::move(setup));
+  setup = images_.apply(std::move(setup));
   if (!setup) return fail_usage(setup.error(), console);
   if (!wire) return fail_usage(wire.error(), console);
   if (plant_.empty())

@@ -15,7 +15,7 @@ enum class PlantFlag : std::uint8_t { Shown, None };
 class RobotSimFlags {
  public:
   explicit RobotSimFlags(CLI::App& verb, PlantFlag plant = PlantFlag::Shown,
-                         Pictures pictures = Pictures::OnDemand);
+                         Images images = Images::OnDemand);
   RobotSimFlags(const RobotSimFlags&) = delete;
   RobotSimFlags& operator=(const RobotSimFlags&) = delete;
 
@@ -26,7 +26,7 @@ class RobotSimFlags {
  private:
   Settings settings_;
   SetupFlags setup_;
-  PictureFlags pictures_;
+  ImageFlags images_;
   std::string plant_{};
 };
 

@@ -193,7 +193,7 @@ Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera
   return std::optional<PoseSetup>(PoseSetup{described->camera, std::move(*sizes)});
 }
 
-Status check_picture_size(const CameraModel& camera, int width_px, int height_px) {
+Status check_image_size(const CameraModel& camera, int width_px, int height_px) {
   Status fits = check_camera_matches_image(camera, width_px, height_px);
   if (fits) return fits;
   fits.error().code = ErrorCode::Unsupported;  // images of this size with this calibration

@@ -93,6 +93,6 @@ struct DescribedCamera {
                                                                const std::vector<std::string>& tag_sizes);
 
 /// Fails (Unsupported) if the image size differs from that of the camera.
-[[nodiscard]] Status check_picture_size(const CameraModel& camera, int width_px, int height_px);
+[[nodiscard]] Status check_image_size(const CameraModel& camera, int width_px, int height_px);
 
 }  // namespace waymark

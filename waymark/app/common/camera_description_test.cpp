@@ -186,12 +186,12 @@ TEST_F(Described, AnInvalidImageSizeIsReported) {
 }
 
 TEST_F(Described, ImagesOfAnotherSizeAreRefusedWithAHint) {
-  EXPECT_TRUE(check_picture_size(camera_, 640, 480));
-  const Status twice = check_picture_size(camera_, 1280, 960);
+  EXPECT_TRUE(check_image_size(camera_, 640, 480));
+  const Status twice = check_image_size(camera_, 1280, 960);
   ASSERT_FALSE(twice);
   EXPECT_EQ(twice.error().code, ErrorCode::Unsupported);
   EXPECT_THAT(to_string(twice.error()), HasSubstr("`camera_size=1280x960`"));
-  const Status cropped = check_picture_size(camera_, 1280, 720);
+  const Status cropped = check_image_size(camera_, 1280, 720);
   ASSERT_FALSE(cropped);
   EXPECT_THAT(to_string(cropped.error()), ::testing::Not(HasSubstr("camera_size")));
 }

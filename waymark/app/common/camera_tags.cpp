@@ -33,26 +33,26 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
     const Result<std::optional<VideoFrame>> frame = reader->next();
     if (!frame) return tl::unexpected(frame.error());
     if (!*frame) break;
-    const VideoFrame& picture = **frame;
+    const VideoFrame& image = **frame;
     Status fits =
-        camera == nullptr ? Status() : check_picture_size(*camera, picture.luma.width, picture.luma.height);
+        camera == nullptr ? Status() : check_image_size(*camera, image.luma.width, image.luma.height);
     if (!fits) {
       fits.error().place.source = path;
       return tl::unexpected(fits.error());
     }
-    Result<FoundTags> found = sequence.find(picture.luma, camera);
+    Result<FoundTags> found = sequence.find(image.luma, camera);
     if (!found) return tl::unexpected(found.error());
-    ++all.pictures;
+    ++all.images;
     all.tags += found->detections.size();
-    TagFrame tags{.stamp = picture.stamp, .detections = std::move(found->detections)};
+    TagFrame tags{.stamp = image.stamp, .detections = std::move(found->detections)};
     const std::string words =
         fmt::format("finding tags: {:.0f} %, {} in the image at {:.1f} s", 100 * reader->progress(),
-                    tags.detections.size(), to_seconds(picture.stamp.time_since_epoch()));
-    if (Status taken = each(picture, tags); !taken) return tl::unexpected(taken.error());
+                    tags.detections.size(), to_seconds(image.stamp.time_since_epoch()));
+    if (Status taken = each(image, tags); !taken) return tl::unexpected(taken.error());
     control.progress({words});
   }
   all.problems = reader->problems();
-  if (all.pictures == 0)
+  if (all.images == 0)
     return fail(ErrorCode::Unreadable, "this video contains no intact image", {.source = path});
   return all;
 }
@@ -90,16 +90,16 @@ Status begin(const ConvertVideoJob& job, const std::string& format, SampleRecord
 }
 
 Status write_tags(const ConvertVideoJob& job, const std::string& format, const std::filesystem::path& to,
-                  const std::function<Status(const TakeTagPicture&)>& all) {
+                  const std::function<Status(const TakeTagImage&)>& all) {
   auto file = create_file(to);
   if (!file) return tl::unexpected(file.error());
   auto recorder = SampleRecorder::open(std::move(*file), {.library = "waymark " WAYMARK_VERSION});
   Status status = recorder ? begin(job, format, *recorder) : tl::unexpected(recorder.error());
   if (!status) return status;
-  status = all([&](const ImageView& picture, const TagFrame& tags) -> Status {
-    if (!job.pictures.empty()) {
-      const CameraFrame kept{.stamp = tags.stamp, .image = owned_copy(picture)};
-      if (Status added = record_picture(kept, job.pictures, *recorder); !added) return added;
+  status = all([&](const ImageView& image, const TagFrame& tags) -> Status {
+    if (!job.images.empty()) {
+      const CameraFrame kept{.stamp = tags.stamp, .image = owned_copy(image)};
+      if (Status added = record_image(kept, job.images, *recorder); !added) return added;
     }
     return recorder->add(tags);
   });
@@ -109,7 +109,7 @@ Status write_tags(const ConvertVideoJob& job, const std::string& format, const s
 }  // namespace
 
 Status record_tags(const ConvertVideoJob& job, const std::string& format,
-                   const std::function<Status(const TakeTagPicture&)>& all) {
+                   const std::function<Status(const TakeTagImage&)>& all) {
   if (Status sound = check_job(job); !sound) return sound;
   const std::filesystem::path beside = fmt::format("{}.{}.part", job.output, ::getpid());
   Status written = write_tags(job, format, beside, all);
@@ -128,10 +128,9 @@ Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& fin
                                 const JobControl& control) {
   const CameraModel* camera = job.camera ? &*job.camera : nullptr;
   Result<VideoTags> found = VideoTags();
-  const Status written = record_tags(job, "video", [&](const TakeTagPicture& take) -> Status {
-    found =
-        find_video_tags(job.input, finder, camera, control,
-                        [&](const VideoFrame& picture, TagFrame& tags) { return take(picture.luma, tags); });
+  const Status written = record_tags(job, "video", [&](const TakeTagImage& take) -> Status {
+    found = find_video_tags(job.input, finder, camera, control,
+                            [&](const VideoFrame& image, TagFrame& tags) { return take(image.luma, tags); });
     return found ? Status() : tl::unexpected(found.error());
   });
   if (!written) return tl::unexpected(written.error());
@@ -140,7 +139,7 @@ Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& fin
 
 std::string to_text(const ConvertVideoJob& job, const VideoTags& found) {
   return fmt::format("{} ({}, {} x {} px) to {}: {}, {}\n", job.input, found.info.codec, found.info.width_px,
-                     found.info.height_px, job.output, counted(found.pictures, "image"),
+                     found.info.height_px, job.output, counted(found.images, "image"),
                      counted(found.tags, "tag"));
 }
 
@@ -167,7 +166,7 @@ ReportFields fields(const ConvertedVideo& converted) {
           {"codec", "Videos: codec, such as h264", found.info.codec},
           {"output", "Recording that was written", converted.output},
           {"output_format", "mcap", "mcap"},
-          {"pictures", "Videos and cameras: images that were searched for tags", found.pictures},
+          {"images", "Videos and cameras: images that were searched for tags", found.images},
           {"tags", "Videos and cameras: detections in all images", found.tags},
           {"problems", "Defects of the video", problems}};
 }
@@ -185,14 +184,14 @@ class SampleTags {
       if (Status same = check_name(tags->camera); !same) return tl::unexpected(same.error());
       return *tags;
     }
-    const auto* picture = std::get_if<CameraFrame>(&sample);
-    if (picture == nullptr || has_tags_) return std::nullopt;
-    Status fits = check_name(picture->camera);
-    if (fits) fits = check_picture_size(camera_, picture->image.width(), picture->image.height());
+    const auto* frame = std::get_if<CameraFrame>(&sample);
+    if (frame == nullptr || has_tags_) return std::nullopt;
+    Status fits = check_name(frame->camera);
+    if (fits) fits = check_image_size(camera_, frame->image.width(), frame->image.height());
     if (!fits) return tl::unexpected(fits.error());
-    Result<FoundTags> found = sequence_.find(picture->image.view(), &camera_);
+    Result<FoundTags> found = sequence_.find(frame->image.view(), &camera_);
     if (!found) return tl::unexpected(found.error());
-    return TagFrame{picture->stamp, picture->camera, std::move(found->detections)};
+    return TagFrame{frame->stamp, frame->camera, std::move(found->detections)};
   }
 
  private:
@@ -226,14 +225,14 @@ Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& f
     auto tags = tags_of.of(sample);
     if (!tags) return tl::unexpected(tags.error());
     if (!*tags) return {};
-    ++all.pictures;
+    ++all.images;
     all.tags += (*tags)->detections.size();
-    control.progress({fmt::format("finding tags: {}", counted(all.pictures, "image"))});
+    control.progress({fmt::format("finding tags: {}", counted(all.images, "image"))});
     return each(**tags);
   });
   if (!status) return tl::unexpected(status.error());
   for (const LogProblem& problem : (*log)->problems()) control.note(to_string(problem.error));
-  if (all.pictures == 0)
+  if (all.images == 0)
     return fail(ErrorCode::Unreadable, "this recording contains no intact image", {.source = path});
   return all;
 }
@@ -247,7 +246,7 @@ bool is_of_camera(const std::string& path, bool calibrated) {
   const auto contents = log ? contents_of(**log) : tl::unexpected(log.error());
   if (!contents || contents->empty()) return true;  // its reader will report the error
   const auto has = [&](const char* what) { return contents->contains(what); };
-  return (has("tags") || has("pictures")) && !has("odometry") && !has("imu");
+  return (has("tags") || has("images")) && !has("odometry") && !has("imu");
 }
 
 Status check_of_camera(const std::string& path, const std::string& hint) {

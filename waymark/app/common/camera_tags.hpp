@@ -19,13 +19,13 @@ namespace waymark {
 /// Result of detecting tags in a video.
 struct VideoTags {
   VideoInfo info{};
-  std::size_t pictures = 0;
+  std::size_t images = 0;
   std::size_t tags = 0;
   std::vector<VideoProblem> problems{};
 };
 
 /// Called with each image and its tags, in order; the view is valid only during the call.
-using EachVideoTags = std::function<Status(const VideoFrame& picture, TagFrame& tags)>;
+using EachVideoTags = std::function<Status(const VideoFrame& image, TagFrame& tags)>;
 
 /// Detects the tags in every image, using the lens model of `camera` if set; the images must have the size of
 /// that camera. Fails if the video cannot be opened, if `each` fails, or if the job is cancelled.
@@ -41,17 +41,17 @@ struct ConvertVideoJob {
   std::optional<CameraModel> camera{};  ///< written to /camera_info; the camera is mounted at the origin of
                                         ///< the base and looks straight ahead
   TagSizes sizes{};                     ///< tag sizes to be stored in the recording
-  std::string pictures{};  ///< format of the recorded images, raw or jpeg; they are not recorded if empty
+  std::string images{};  ///< format of the recorded images, raw or jpeg; they are not recorded if empty
 };
 
 /// Receives an image and its tags, in order; the view is valid only during the call.
-using TakeTagPicture = std::function<Status(const ImageView& picture, const TagFrame& tags)>;
+using TakeTagImage = std::function<Status(const ImageView& image, const TagFrame& tags)>;
 
 /// Writes the images that `all` passes on, and their tags, to the output of the job. The output file appears
 /// only if `all` succeeds. `format` is the format of the input and is stored in the recording. Errors are
 /// those of convert_video().
 [[nodiscard]] Status record_tags(const ConvertVideoJob& job, const std::string& format,
-                                 const std::function<Status(const TakeTagPicture&)>& all);
+                                 const std::function<Status(const TakeTagImage&)>& all);
 
 /// The output appears only when it is complete. Errors: InvalidArgument if the job is invalid; other codes
 /// refer to a file.

@@ -47,15 +47,15 @@ Image noise(int width, int height) {
 
 TEST(ConvertVideo, AFullDiskIsAnErrorAndLeavesNoFile) {
   const fs::path folder = testing::fresh_folder("jobs_convert_video");
-  const ConvertVideoJob job{.output = (folder / "lap.mcap").string(), .pictures = "raw"};
-  const Image picture = noise(640, 480);
+  const ConvertVideoJob job{.output = (folder / "lap.mcap").string(), .images = "raw"};
+  const Image image = noise(640, 480);
   Status written;
   {
     const LargestFile limit(1'000'000);
-    written = record_tags(job, "camera", [&](const TakeTagPicture& take) -> Status {
+    written = record_tags(job, "camera", [&](const TakeTagImage& take) -> Status {
       Status status;
       for (int k = 0; status && k < 50; ++k)
-        status = take(picture.view(), TagFrame{.stamp = SensorTime(std::chrono::milliseconds(33 * k))});
+        status = take(image.view(), TagFrame{.stamp = SensorTime(std::chrono::milliseconds(33 * k))});
       return status;
     });
   }

@@ -206,9 +206,9 @@ Result<TagDetection> read_detection(const json& object, const Place& place, std:
   return detection;
 }
 
-Result<PictureReport> read_report(const json& object, const Place& place) {
+Result<ImageReport> read_report(const json& object, const Place& place) {
   ReportReader reader(object, place, "");
-  PictureReport report{.image = reader.text("image")};
+  ImageReport report{.image = reader.text("image")};
   if (reader.has("width_px")) report.width_px = reader.integer("width_px");
   if (reader.has("height_px")) report.height_px = reader.integer("height_px");
   if (reader.has("error"))
@@ -232,8 +232,8 @@ Result<PictureReport> read_report(const json& object, const Place& place) {
 
 }  // namespace
 
-ReportFields fields(const PictureLine& line) {
-  const PictureReport& report = line.report;
+ReportFields fields(const ImageLine& line) {
+  const ImageReport& report = line.report;
   const auto seconds = [](SensorTime stamp) {
     return static_cast<double>(stamp.time_since_epoch().count()) / 1e9;
   };
@@ -261,8 +261,8 @@ ReportFields fields(const PictureLine& line) {
        if_any(line.age_ms)}};
 }
 
-Result<std::vector<PictureReport>> parse_reports(std::string_view text, const std::string& source) {
-  std::vector<PictureReport> reports;
+Result<std::vector<ImageReport>> parse_reports(std::string_view text, const std::string& source) {
+  std::vector<ImageReport> reports;
   for (std::int64_t number = 1; !text.empty(); ++number) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     const std::string_view line = text.substr(0, end);
@@ -284,7 +284,7 @@ Result<std::vector<PictureReport>> parse_reports(std::string_view text, const st
   return reports;
 }
 
-std::string internal::name_of_picture(const std::string& path, SensorTime stamp) {
+std::string internal::name_of_image(const std::string& path, SensorTime stamp) {
   constexpr std::int64_t kSecond = 1'000'000'000;
   const std::int64_t ns = stamp.time_since_epoch().count();
   return fmt::format("{}#{}.{:09}", path, ns / kSecond, std::abs(ns % kSecond));
@@ -295,8 +295,8 @@ namespace {
 /// Detects the tags in the image of the report. The lens model of the camera is used only if the image has
 /// its size.
 void find_in(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
-             PictureReport& report) {
-  const bool fits = camera != nullptr && check_picture_size(*camera, image.width, image.height);
+             ImageReport& report) {
+  const bool fits = camera != nullptr && check_image_size(*camera, image.width, image.height);
   auto found = find_tags(image, finder, fits ? camera : nullptr);
   if (!found) {
     report.error = found.error();
@@ -309,7 +309,7 @@ void find_in(const ImageView& image, const TagFinder& finder, const CameraModel*
 }
 
 /// Reads the image and detects its tags; a failure is recorded in the report.
-Image process(const Input& input, const TagFinder& finder, const CameraModel* camera, PictureReport& report) {
+Image process(const Input& input, const TagFinder& finder, const CameraModel* camera, ImageReport& report) {
   report.image = input.path;
   report.error = input.error;
   if (report.error) return {};
@@ -325,20 +325,20 @@ Image process(const Input& input, const TagFinder& finder, const CameraModel* ca
 }
 
 /// Detects the tags in one image from a recording or a video.
-PictureReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
-                        const TagFinder& finder, const CameraModel* camera) {
-  PictureReport report{.image = internal::name_of_picture(path, stamp),
-                       .stamp = stamp,
-                       .width_px = image.width,
-                       .height_px = image.height};
+ImageReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
+                      const TagFinder& finder, const CameraModel* camera) {
+  ImageReport report{.image = internal::name_of_image(path, stamp),
+                     .stamp = stamp,
+                     .width_px = image.width,
+                     .height_px = image.height};
   find_in(image, finder, camera, report);
   return report;
 }
 
 /// Counts a processed image. Its error is printed as a note, unless an earlier image had the same one.
-void count(const PictureReport& report, const JobControl& control, DetectSummary& summary) {
+void count(const ImageReport& report, const JobControl& control, DetectSummary& summary) {
   summary.tags += report.detections.size();
-  ++(report.error ? summary.failed : summary.pictures);
+  ++(report.error ? summary.failed : summary.images);
   if (!report.error) return;
   const std::string words = to_string(*report.error);
   if (summary.noted.insert(words).second) control.note(words);
@@ -351,7 +351,7 @@ void fail_with(Error error, const std::string& path, const JobControl& control, 
   ++summary.failed;
 }
 
-LogSelection pictures_of(const MessageLog& log) {
+LogSelection images_of(const MessageLog& log) {
   LogSelection selection;
   for (const LogChannel& channel : log.channels()) {
     if (channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType)
@@ -362,15 +362,15 @@ LogSelection pictures_of(const MessageLog& log) {
 
 /// Processes every image of the recording that is input number `index`. Returns whether to continue.
 bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
-                      const CameraModel* camera, const JobControl& control, const EachPicture& each,
+                      const CameraModel* camera, const JobControl& control, const EachImage& each,
                       DetectSummary& summary) {
   const Result<std::unique_ptr<MessageLog>> log = open_recording(path, control);
   if (!log) {
     fail_with(log.error(), path, control, summary);
     return true;
   }
-  const LogSelection pictures = pictures_of(**log);
-  if (pictures.topics.empty()) {
+  const LogSelection images = images_of(**log);
+  if (images.topics.empty()) {
     fail_with({ErrorCode::NotFound,
                "this recording contains no images",
                {.source = path},
@@ -379,10 +379,10 @@ bool detect_recording(std::size_t index, const std::string& path, const TagFinde
     return true;
   }
   bool going = true;
-  const Status status = (*log)->visit_samples(pictures, [&](const Sample& sample) -> Status {
+  const Status status = (*log)->visit_samples(images, [&](const Sample& sample) -> Status {
     const auto* frame = std::get_if<CameraFrame>(&sample);
     if (frame == nullptr) return {};
-    PictureReport report = report_on(path, frame->stamp, frame->image, finder, camera);
+    ImageReport report = report_on(path, frame->stamp, frame->image, finder, camera);
     going = each(index, report, frame->image);
     count(report, control, summary);
     control.progress({fmt::format("{}, {} tags", report.image, report.detections.size())});
@@ -410,11 +410,11 @@ void report_problems(const std::string& path, const VideoReader& reader, const J
 
 /// The same for a video. Damage counts as one failure; other problems with the file are printed as notes.
 bool detect_video(std::size_t index, const std::string& path, const TagFinder& finder,
-                  const CameraModel* camera, const JobControl& control, const EachPicture& each,
+                  const CameraModel* camera, const JobControl& control, const EachImage& each,
                   DetectSummary& summary) {
   Result<VideoReader> reader = VideoReader::open(path);
   if (!reader) {
-    PictureReport report{.image = path, .error = reader.error()};
+    ImageReport report{.image = path, .error = reader.error()};
     fail_with(reader.error(), path, control, summary);
     return each(index, report, {});
   }
@@ -423,7 +423,7 @@ bool detect_video(std::size_t index, const std::string& path, const TagFinder& f
     const Result<std::optional<VideoFrame>> frame = reader->next();
     if (!frame) fail_with(frame.error(), path, control, summary);
     if (!frame || !*frame) break;
-    PictureReport report = report_on(path, (*frame)->stamp, (*frame)->luma, finder, camera);
+    ImageReport report = report_on(path, (*frame)->stamp, (*frame)->luma, finder, camera);
     going = each(index, report, (*frame)->luma);
     count(report, control, summary);
     control.progress({fmt::format("{} {:.0f} %, {} tags", report.image, 100 * reader->progress(),
@@ -439,7 +439,7 @@ bool detect_video(std::size_t index, const std::string& path, const TagFinder& f
 }  // namespace
 
 DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder, const CameraModel* camera,
-                         const JobControl& control, const EachPicture& each) {
+                         const JobControl& control, const EachImage& each) {
   DetectSummary summary;
   bool going = true;
   for (std::size_t i = 0; i < inputs.size() && going; ++i) {
@@ -458,7 +458,7 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
       going = detect_video(i, inputs[i].path, finder, camera, control, each, summary);
       continue;
     }
-    PictureReport report;
+    ImageReport report;
     const Image image = process(inputs[i], finder, camera, report);
     going = each(i, report, image);
     count(report, control, summary);

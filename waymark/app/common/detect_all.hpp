@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "waymark/app/common/camera_description.hpp"
+#include "waymark/app/common/image_files.hpp"
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/app/common/picture_files.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
@@ -24,7 +24,7 @@
 namespace waymark {
 
 /// Report of `waymark detect` for one image.
-struct PictureReport {
+struct ImageReport {
   std::string image{};                   ///< the path as specified or found
   std::optional<SensorTime> stamp = {};  ///< timestamp of an image from a recording or a video
   int width_px = 0;                      ///< 0 if the image could not be read
@@ -36,24 +36,24 @@ struct PictureReport {
 };
 
 /// One line of the JSON output of detect, which parse_reports() reads.
-struct PictureLine {
-  PictureReport report{};
+struct ImageLine {
+  ImageReport report{};
   PoseList poses{};                ///< one per detection, or empty
   bool with_covariance = false;    ///< whether corner_covariance_px2 is included
   std::optional<double> age_ms{};  ///< age of an image from a live camera
 };
 /// Keys may be added, but existing keys never change their meaning. Corners are rounded to 1e-6 px.
-[[nodiscard]] ReportFields fields(const PictureLine& line);
+[[nodiscard]] ReportFields fields(const ImageLine& line);
 
 /// Parses the JSON output of `waymark detect`, one object per line. Unknown keys are ignored and blank lines
 /// are skipped. Errors name the line and the key. Fails also if the JSON is nested deeper than YamlLimits
 /// allows.
-[[nodiscard]] Result<std::vector<PictureReport>> parse_reports(std::string_view text,
-                                                               const std::string& source);
+[[nodiscard]] Result<std::vector<ImageReport>> parse_reports(std::string_view text,
+                                                             const std::string& source);
 
 /// Summary of a run over a list of inputs.
 struct DetectSummary {
-  std::size_t pictures = 0;  ///< number of images processed without an error
+  std::size_t images = 0;  ///< number of images processed without an error
   std::size_t tags = 0;
   std::size_t failed = 0;
   bool stopped = false;             ///< cancelled before the end of the list
@@ -64,7 +64,7 @@ struct DetectSummary {
 /// Called with each report, in the order of the inputs; `image` is empty if it could not be read, and is
 /// valid only during the call. May add an error to the report, which then counts as failed. Returns whether
 /// to continue.
-using EachPicture = std::function<bool(std::size_t index, PictureReport& report, const ImageView& image)>;
+using EachImage = std::function<bool(std::size_t index, ImageReport& report, const ImageView& image)>;
 
 /// Detects the tags in each input, including all images in a recording or a video. Corners are refined with
 /// the lens model of `camera` in images of its size; `camera` is null if the lens is unknown. After an error,
@@ -72,12 +72,12 @@ using EachPicture = std::function<bool(std::size_t index, PictureReport& report,
 /// from a recording or a video are named FILE#SECONDS after their timestamps.
 [[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
                                        const CameraModel* camera, const JobControl& control,
-                                       const EachPicture& each);
+                                       const EachImage& each);
 
 namespace internal {
 
 /// Returns a name such as "lap.mcap#12.345000000".
-[[nodiscard]] std::string name_of_picture(const std::string& path, SensorTime stamp);
+[[nodiscard]] std::string name_of_image(const std::string& path, SensorTime stamp);
 
 }  // namespace internal
 

@@ -21,13 +21,13 @@ namespace {
 
 using ::testing::HasSubstr;
 
-nlohmann::ordered_json line_of(const PictureReport& report, bool with_covariance) {
-  return to_json(fields(PictureLine{.report = report, .with_covariance = with_covariance}));
+nlohmann::ordered_json line_of(const ImageReport& report, bool with_covariance) {
+  return to_json(fields(ImageLine{.report = report, .with_covariance = with_covariance}));
 }
 
-PictureReport some_report(std::uint64_t seed, bool with_covariance) {
+ImageReport some_report(std::uint64_t seed, bool with_covariance) {
   Random random(seed);
-  PictureReport report{.image = "a/b \"c\".png", .width_px = 640, .height_px = 480, .detected = true};
+  ImageReport report{.image = "a/b \"c\".png", .width_px = 640, .height_px = 480, .detected = true};
   for (int i = 0; i < 3; ++i) {
     TagDetection tag;
     tag.tag = {kAllFamilies.at(random.index(kAllFamilies.size())), static_cast<int>(random.index(30))};
@@ -46,11 +46,11 @@ PictureReport some_report(std::uint64_t seed, bool with_covariance) {
 
 TEST(DetectionsJson, RoundTrips) {
   rc::check("writing and reading keep everything that matters", [](std::uint64_t seed, bool with_covariance) {
-    const PictureReport report = some_report(seed, with_covariance);
+    const ImageReport report = some_report(seed, with_covariance);
     const auto back = parse_reports(json_line(line_of(report, true)), "t.jsonl");
     RC_ASSERT(back.has_value());
     RC_ASSERT(back->size() == 1U);
-    const PictureReport& got = back->front();
+    const ImageReport& got = back->front();
     RC_ASSERT(got.image == report.image);
     RC_ASSERT(got.width_px == 640);
     RC_ASSERT(got.detected);
@@ -68,7 +68,7 @@ TEST(DetectionsJson, RoundTrips) {
 }
 
 TEST(DetectionsJson, HasTheDocumentedKeys) {
-  const PictureReport report = some_report(1, true);
+  const ImageReport report = some_report(1, true);
   std::vector<std::string> keys;
   const auto value = line_of(report, false);
   for (const auto& [key, ignored] : value.items()) keys.push_back(key);
@@ -81,7 +81,7 @@ TEST(DetectionsJson, HasTheDocumentedKeys) {
 }
 
 TEST(DetectionsJson, ALineOfALiveCameraHasTheAgeOfItsImage) {
-  const auto value = to_json(fields(PictureLine{.report = some_report(1, false), .age_ms = 12.5}));
+  const auto value = to_json(fields(ImageLine{.report = some_report(1, false), .age_ms = 12.5}));
   EXPECT_EQ(value["age_ms"], 12.5);
   EXPECT_FALSE(value["detections"][0].contains("pose"));
 }
@@ -92,7 +92,7 @@ TEST(DetectionsJson, AllKeysAreListedWithoutAnImage) {
     for (const ReportField& field : of) names.push_back(field.name);
     return names;
   };
-  const ReportFields all = fields(PictureLine{});
+  const ReportFields all = fields(ImageLine{});
   EXPECT_THAT(names_in(all), ::testing::Contains("age_ms"));
   const auto detections = std::ranges::find(all, "detections", &ReportField::name);
   ASSERT_NE(detections, all.end());
@@ -100,7 +100,7 @@ TEST(DetectionsJson, AllKeysAreListedWithoutAnImage) {
 }
 
 TEST(DetectionsJson, AFailureContainsMessageAndPlace) {
-  const PictureReport report{
+  const ImageReport report{
       .image = "x.png",
       .error = Error{ErrorCode::Unreadable, "cut short", {.source = "x.png", .byte = 7}, "Copy again."}};
   EXPECT_EQ(
@@ -114,7 +114,7 @@ TEST(DetectionsJson, AFailureContainsMessageAndPlace) {
 }
 
 TEST(DetectionsJson, AFileNameThatIsNotUtf8StaysValidJson) {
-  EXPECT_THAT(json_line(line_of(PictureReport{.image = "\xFF.png", .width_px = 1, .height_px = 1}, false)),
+  EXPECT_THAT(json_line(line_of(ImageReport{.image = "\xFF.png", .width_px = 1, .height_px = 1}, false)),
               HasSubstr("\xEF\xBF\xBD.png"));
 }
 
@@ -171,7 +171,7 @@ using ::testing::HasSubstr;
 
 constexpr TagId kPainted{FamilyId::Tag36h11, 12};
 
-Image painted_picture(double x_px) {
+Image painted_image(double x_px) {
   Image image(200, 150);
   for (int y = 0; y < image.height(); ++y)
     for (int x = 0; x < image.width(); ++x) image.row(y)[x] = 190;
@@ -190,15 +190,15 @@ class DetectRecording : public ::testing::Test {
     for (int i = 0; i < 3; ++i) {
       const SensorTime stamp(std::chrono::milliseconds(1500 + 250 * i));
       ASSERT_TRUE(recorder->add(Odometry{.stamp = stamp}));
-      Image picture(200, 150);
-      if (i < 2) picture = painted_picture(80 + 20 * i);
-      ASSERT_TRUE(recorder->add(CameraFrame{.stamp = stamp, .image = std::move(picture)}));
+      Image photo(200, 150);
+      if (i < 2) photo = painted_image(80 + 20 * i);
+      ASSERT_TRUE(recorder->add(CameraFrame{.stamp = stamp, .image = std::move(photo)}));
     }
     ASSERT_TRUE(recorder->close());
   }
   DetectSummary detect(const JobControl& control = {}, int most = 100) {
     seen_.clear();
-    const auto each = [&](std::size_t, PictureReport& report, const ImageView& image) {
+    const auto each = [&](std::size_t, ImageReport& report, const ImageView& image) {
       EXPECT_EQ(image.width, report.width_px);
       seen_.push_back(report);
       return static_cast<int>(seen_.size()) < most;
@@ -207,16 +207,16 @@ class DetectRecording : public ::testing::Test {
   }
   fs::path file_ = testing::fresh_folder("jobs_detect_recording") / "lap.mcap";
   TagFinder finder_ = plain_finder();
-  std::vector<PictureReport> seen_{};
+  std::vector<ImageReport> seen_{};
 };
 
 TEST_F(DetectRecording, EachImageIsNamedAfterItsStamp) {
   const DetectSummary summary = detect();
-  EXPECT_EQ(summary.pictures, 3U);
+  EXPECT_EQ(summary.images, 3U);
   EXPECT_EQ(summary.tags, 2U);
   EXPECT_EQ(summary.failed, 0U);
   std::vector<std::string> names;
-  for (const PictureReport& report : seen_) names.push_back(report.image);
+  for (const ImageReport& report : seen_) names.push_back(report.image);
   EXPECT_THAT(names, ElementsAre(file_.string() + "#1.500000000", file_.string() + "#1.750000000",
                                  file_.string() + "#2.000000000"));
   EXPECT_EQ(seen_[0].detections.at(0).tag, kPainted);
@@ -224,7 +224,7 @@ TEST_F(DetectRecording, EachImageIsNamedAfterItsStamp) {
 }
 
 TEST_F(DetectRecording, EndsWhenTheCallerStopsItOrCancels) {
-  EXPECT_EQ(detect({}, 1).pictures, 1U);
+  EXPECT_EQ(detect({}, 1).images, 1U);
   EXPECT_EQ(seen_.size(), 1U);
   JobControl control;
   control.cancelled = [&] { return seen_.size() >= 2; };
@@ -236,7 +236,7 @@ TEST_F(DetectRecording, FailsOnARecordingWithoutImages) {
   std::vector<std::string> notes;
   JobControl control;
   control.note = [&](const std::string& words) { notes.push_back(words); };
-  file_ = test::record_lap(testing::fresh_folder("jobs_no_pictures") / "lap.mcap", 95, {.for_s = 1});
+  file_ = test::record_lap(testing::fresh_folder("jobs_no_images") / "lap.mcap", 95, {.for_s = 1});
   EXPECT_EQ(detect(control).failed, 1U);
   EXPECT_THAT(notes, Contains(HasSubstr(file_.string())));
   file_ = testing::fresh_folder("jobs_broken") / "broken.mcap";
@@ -261,13 +261,13 @@ TEST_F(DetectRecording, TagsAreDetectedWhileALapOfImagesIsRead) {
 
 TEST_F(DetectRecording, TheFamilyOfTheRecordedAnchorIsDetectedToo) {
   constexpr TagId kAnchor{FamilyId::TagCustom48h12, 7};
-  Image picture = painted_picture(50);
-  testing::paint_tag(picture, kAnchor, testing::square_corners({145, 75}, 40, 0));
+  Image image = painted_image(50);
+  testing::paint_tag(image, kAnchor, testing::square_corners({145, 75}, 40, 0));
   file_ = testing::fresh_folder("jobs_anchor_family") / "lap.mcap";
   auto recorder = SampleRecorder::open(std::move(*create_file(file_)));
   ASSERT_TRUE(recorder);
   ASSERT_TRUE(recorder->add_metadata(lap_facts::kMetadata, {{lap_facts::kAnchor, to_string(kAnchor)}}));
-  ASSERT_TRUE(recorder->add(CameraFrame{.image = std::move(picture)}));
+  ASSERT_TRUE(recorder->add(CameraFrame{.image = std::move(image)}));
   ASSERT_TRUE(recorder->close());
   const auto lap = read_lap_file(file_.string());
   ASSERT_TRUE(lap) << to_string(lap.error());

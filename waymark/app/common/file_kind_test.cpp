@@ -105,7 +105,7 @@ TEST_F(FileKinds, FilesWrittenByTheProgramAreRecognised) {
   const auto world = parse_world(shared("worlds", "circuit24"), "world");
   ASSERT_TRUE(camera && robot && world);
   const nlohmann::ordered_json found =
-      to_json(fields(PictureLine{PictureReport{.image = "a.png", .detected = true}}));
+      to_json(fields(ImageLine{ImageReport{.image = "a.png", .detected = true}}));
   const SdfFiles sdf = write_sdf_world(*world, *robot);
   const std::pair<FileKind, std::string> texts[] = {
       {FileKind::Map, to_yaml(map_of_two())},

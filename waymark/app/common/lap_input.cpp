@@ -220,7 +220,7 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
   const auto log = open_recordings(paths, control);
   if (!log) return tl::unexpected(log.error());
   std::optional<TagFinder> usual;  // created only when needed
-  const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
+  const FrameFinder find = [&](const CameraFrame& frame, const CameraModel* camera) -> Result<TagFrame> {
     if (control.cancelled())
       return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = paths.front()});
     if (finder == nullptr && !usual) {
@@ -228,13 +228,13 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
       if (!made) return tl::unexpected(made.error());
       usual = std::move(*made);
     }
-    Result<FoundTags> found = find_tags(picture.image, finder != nullptr ? *finder : *usual, camera);
+    Result<FoundTags> found = find_tags(frame.image, finder != nullptr ? *finder : *usual, camera);
     if (!found) return tl::unexpected(found.error());
-    control.progress({fmt::format("finding tags: {:.1f} s", to_seconds(picture.stamp.time_since_epoch()))});
-    return TagFrame{picture.stamp, picture.camera, std::move(found->detections)};
+    control.progress({fmt::format("finding tags: {:.1f} s", to_seconds(frame.stamp.time_since_epoch()))});
+    return TagFrame{frame.stamp, frame.camera, std::move(found->detections)};
   };
   Result<RecordedLap> lap =
-      read_lap(**log, find, finder != nullptr ? TagSource::Pictures : TagSource::AsRecorded, choice);
+      read_lap(**log, find, finder != nullptr ? TagSource::Images : TagSource::AsRecorded, choice);
   if (lap)
     for (const auto* notes : {&lap->setup.chosen.notes, &lap->notes})
       for (const std::string& note : *notes) control.note("note: " + note);

@@ -10,7 +10,7 @@
 
 #include "waymark/app/common/estimate_message.hpp"
 #include "waymark/app/common/file_kind.hpp"
-#include "waymark/app/common/picture_files.hpp"
+#include "waymark/app/common/image_files.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/text_file.hpp"

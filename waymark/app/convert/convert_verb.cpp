@@ -16,7 +16,7 @@
 namespace waymark::cli {
 namespace {
 
-/// Flags of `waymark convert` for videos and live cameras: camera, tag size, detector, --pictures and
+/// Flags of `waymark convert` for videos and live cameras: camera, tag size, detector, --record-images and
 /// --duration-s. Must not be moved in memory, because the command line is parsed into its members.
 class ConvertVideoFlags {
  public:
@@ -44,23 +44,23 @@ class ConvertVideoFlags {
   Settings settings_;
   PoseFlags poses_;
   DetectorFlags detector_;
-  std::string pictures_;
+  std::string images_;
   double duration_s_ = 0;
 };
 
 ConvertVideoFlags::ConvertVideoFlags(CLI::App& verb)
     : app_(verb), settings_(verb), poses_(verb), detector_(settings_, kMoreGroup) {
-  add_option(verb, "--pictures NAME", pictures_,
+  add_option(verb, "--record-images NAME", images_,
              "Also record the images of a video or a live camera, as jpeg or raw", one_of({"jpeg", "raw"}));
   add_option(verb, "--duration-s FLOAT", duration_s_, "Recording time of a live camera; 0: until Ctrl-C",
              between(0.0, 1e7));
 }
 
 Status ConvertVideoFlags::check_unused() const {
-  const char* why = "cameras, tag sizes, detectors and --pictures have no effect on recordings";
+  const char* why = "cameras, tag sizes, detectors and --record-images have no effect on recordings";
   const char* hint = "Omit this option, or give one video.";
   Refusals refused(app_);
-  refused.fields(true, {"--pictures"}, why, hint);
+  refused.fields(true, {"--record-images"}, why, hint);
   refused.fields(true, {"--duration-s"}, "this option applies to live cameras", "Omit this option.");
   refused.all(true, poses_, why, hint);
   refused.all(true, detector_, why, hint);
@@ -74,7 +74,7 @@ Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string
   if (!poses) return tl::unexpected(poses.error());
   auto finder = detector_.make();
   if (!finder) return tl::unexpected(finder.error());
-  Prepared prepared{{.input = input, .output = output, .pictures = pictures_}, std::move(*finder)};
+  Prepared prepared{{.input = input, .output = output, .images = images_}, std::move(*finder)};
   if (*poses) {
     prepared.job.camera = (*poses)->camera;
     prepared.job.sizes = (*poses)->sizes;
@@ -159,7 +159,7 @@ values, stamps) are handled and reported (docs/formats/importing.md). OUT is wri
 
 For a video (mp4, mkv, webm, avi) or a live camera (v4l2:/dev/video0), the tags in every image are detected and written
 to .mcap. Stamps are times since the first image for a video, and since 1970 for a camera. With --camera and
---tag-size-m, calibration and tag size are recorded as well; with --pictures, also the images.
+--tag-size-m, calibration and tag size are recorded as well; with --record-images, also the images.
 
 Exit code: 0 written, 1 a file could not be read or written, 2 wrong usage, 130 stopped by Ctrl-C.
 
@@ -167,8 +167,8 @@ Examples:
   waymark convert lap.mcap path.tum --topics /odom
   waymark convert lap.mcap seen.csv --kind detections --from 2 --to 10
   waymark convert lap.mcap lap_bag --format rosbag2 --ros-distro humble
-  waymark convert walk.mp4 walk.mcap --camera calibration.yaml --tag-size-m 0.165 --pictures jpeg
-  waymark convert v4l2:/dev/video0 desk.mcap --duration-s 10 --pictures jpeg
+  waymark convert walk.mp4 walk.mcap --camera calibration.yaml --tag-size-m 0.165 --record-images jpeg
+  waymark convert v4l2:/dev/video0 desk.mcap --duration-s 10 --record-images jpeg
   waymark convert detections.csv odometry.csv imu.csv lap.mcap --robot limo
 )",
       .prepare = prepared(convert),

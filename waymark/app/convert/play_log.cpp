@@ -27,7 +27,7 @@ struct Kind {
   const char* operator()(const ImuSample& /**/) const { return "imu"; }
   const char* operator()(const StampedCommand& /**/) const { return "commands"; }
   const char* operator()(const TruthPose& /**/) const { return "truth"; }
-  const char* operator()(const CameraFrame& /**/) const { return "pictures"; }
+  const char* operator()(const CameraFrame& /**/) const { return "images"; }
   const char* operator()(const TagPoseFrame& /**/) const { return "tag_poses"; }
   const char* operator()(const RangeBearing& /**/) const { return "range_bearing"; }
   const char* operator()(const LaserScan& /**/) const { return "scans"; }
@@ -136,7 +136,7 @@ ReportFields fields(const PlayedTagPose& tag) {
 /// Fields of samples. A key used for several kinds has the same description in all of them.
 struct SampleFields {
   static ReportField camera_field(const std::string& camera) {
-    return {"camera", "tags, tag_poses, pictures: name of the camera", camera};
+    return {"camera", "tags, tag_poses, images: name of the camera", camera};
   }
   static ReportFields speeds(double speed_m_s, double yaw_rate_rad_s) {
     return {{"speed_m_s", "odometry, commands: forward speed", speed_m_s},
@@ -177,8 +177,8 @@ struct SampleFields {
   }
   ReportFields operator()(const CameraFrame& s) const {
     return {camera_field(s.camera),
-            {"width_px", "pictures: width", s.image.width()},
-            {"height_px", "pictures: height", s.image.height()}};
+            {"width_px", "images: width", s.image.width()},
+            {"height_px", "images: height", s.image.height()}};
   }
   ReportFields operator()(const TagPoseFrame& s) const {
     const std::vector<PlayedTagPose> tags(s.tags.begin(), s.tags.end());
@@ -212,7 +212,7 @@ std::string to_text(const Sample& sample, SensorTime start) {
 ReportFields fields(const Sample& sample) {
   ReportFields all = {
       {"kind",
-       "tags, pictures, odometry, wheels, imu, commands, truth, tag_poses, range_bearing, scans or gamepad",
+       "tags, images, odometry, wheels, imu, commands, truth, tag_poses, range_bearing, scans or gamepad",
        kind_of(sample)},
       {"stamp_ns", "Time of the sample on the sensor clock", stamp_of(sample).time_since_epoch().count()}};
   for (ReportField& field : std::visit(SampleFields{}, sample)) all.push_back(std::move(field));

@@ -12,13 +12,13 @@ Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double dura
   const auto camera = open_live_camera(job.input);
   if (!camera) return tl::unexpected(camera.error());
   CameraWatch watch{.camera = job.camera ? &*job.camera : nullptr,
-                    .on_picture = {},
+                    .on_image = {},
                     .on_message = control.note,
                     .should_stop = control.cancelled};
   if (duration_s > 0) watch.duration_s = duration_s;
   Result<CameraWatchEnd> end = CameraWatchEnd();
-  const Status written = record_tags(job, "camera", [&](const TakeTagPicture& take) -> Status {
-    watch.on_picture = [&](CameraPicture& seen) {
+  const Status written = record_tags(job, "camera", [&](const TakeTagImage& take) -> Status {
+    watch.on_image = [&](CameraImage& seen) {
       control.progress({fmt::format("{} tags", seen.found.detections.size())});
       return take(seen.frame.image, TagFrame{seen.frame.stamp, seen.frame.camera, seen.found.detections});
     };
@@ -32,7 +32,7 @@ Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double dura
 
 std::string to_text(const RecordCameraReport& report) {
   return fmt::format("{} ({}) to {}: {} in {:.1f} s, {}\n", report.input, report.description, report.output,
-                     counted(report.end.pictures, "image"), report.end.seconds,
+                     counted(report.end.images, "image"), report.end.seconds,
                      counted(report.end.tags, "tag"));
 }
 
@@ -43,7 +43,7 @@ ReportFields fields(const RecordCameraReport& report) {
       {"input_format", "camera", "camera"},
       {"output", "Recording that was written", report.output},
       {"output_format", "mcap", "mcap"},
-      {"pictures", "Videos and cameras: number of images searched for tags", report.end.pictures},
+      {"images", "Videos and cameras: number of images searched for tags", report.end.images},
       {"tags", "Videos and cameras: number of detections in all images", report.end.tags},
       {"seconds", "Cameras: time from the first image to the last [s]", report.end.seconds},
       {"dropped", "Cameras: number of images replaced by newer ones before they were read", counts.dropped},

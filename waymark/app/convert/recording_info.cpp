@@ -244,10 +244,10 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
     steps.push_back({"Convert the recording to MCAP, which opens quickly and is supported by all tools.",
                      fmt::format("waymark convert {} {}", shell_word(info.file),
                                  output_in_working_folder(info, ".mcap"))});
-  if (has("pictures"))
+  if (has("images"))
     steps.push_back({"Detect the tags in the images.", "waymark detect " + shell_word(info.file)});
   const bool moves = has("odometry");
-  const bool corners = has("tags") || has("pictures");
+  const bool corners = has("tags") || has("images");
   if (corners && moves) {
     steps.push_back(map_step(info));
   } else if (corners) {

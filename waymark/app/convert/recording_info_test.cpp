@@ -227,8 +227,8 @@ TEST(NextSteps, MissingDataAreFlags) {
 }
 
 TEST(NextSteps, VerbsDependOnTheContents) {
-  EXPECT_THAT(commands(holding({"pictures", "odometry"})), Contains("waymark detect lap.mcap"));
-  EXPECT_THAT(commands(holding({"pictures", "odometry"})), Contains("waymark map lap.mcap -o map"));
+  EXPECT_THAT(commands(holding({"images", "odometry"})), Contains("waymark detect lap.mcap"));
+  EXPECT_THAT(commands(holding({"images", "odometry"})), Contains("waymark map lap.mcap -o map"));
   EXPECT_THAT(commands(holding({"tags"})), Contains(HasSubstr("odometry.csv")));
   EXPECT_THAT(commands(holding({"tag_poses", "odometry"})), Contains(StartsWith("waymark map lap.mcap")));
   EXPECT_THAT(commands(holding({"range_bearing", "odometry"})),
@@ -254,7 +254,7 @@ TEST(NextSteps, ATruncatedRecordingIsRecoveredAndABagIsConverted) {
 }
 
 TEST(NextSteps, NamesWithShellCharactersAreQuoted) {
-  RecordingInfo info = holding({"tags", "odometry", "pictures"});
+  RecordingInfo info = holding({"tags", "odometry", "images"});
   info.file = "my laps/it's $HOME.mcap";
   info.summary.complete = false;
   const std::string quoted = R"('my laps/it'\''s $HOME.mcap')";

@@ -27,7 +27,7 @@ class CameraDetection {
     CameraWatch watch;
     if (job_.duration_s > 0) watch.duration_s = job_.duration_s;
     if (job_.poses) watch.camera = &job_.poses->camera;
-    watch.on_picture = [&](CameraPicture& seen) { return take(seen); };
+    watch.on_image = [&](CameraImage& seen) { return take(seen); };
     watch.on_message = [&](const std::string& text) { report_text(text); };
     watch.should_stop = [&] {
       const std::lock_guard lock(mutex_);
@@ -42,18 +42,18 @@ class CameraDetection {
   }
 
  private:
-  Status take(CameraPicture& seen) {
-    PictureReport report{.image = internal::name_of_picture(address_, seen.frame.stamp),
-                         .stamp = seen.frame.stamp,
-                         .width_px = seen.frame.image.width(),
-                         .height_px = seen.frame.image.height(),
-                         .detected = true,
-                         .detections = seen.found.detections,
-                         .refinements = seen.found.refinements};
+  Status take(CameraImage& seen) {
+    ImageReport report{.image = internal::name_of_image(address_, seen.frame.stamp),
+                       .stamp = seen.frame.stamp,
+                       .width_px = seen.frame.image.width(),
+                       .height_px = seen.frame.image.height(),
+                       .detected = true,
+                       .detections = seen.found.detections,
+                       .refinements = seen.found.refinements};
     const PoseList poses = job_.poses ? poses_for(report, *job_.poses) : PoseList();
     if (page_ != nullptr) page_->show(seen, poses);
     const std::lock_guard lock(mutex_);
-    job_.on_picture(report, poses, seen.age);
+    job_.on_image(report, poses, seen.age);
     return {};
   }
 
@@ -77,7 +77,7 @@ std::string to_text(const DetectedCamera& camera, bool several) {
   const CameraWatchEnd& end = *camera.end;
   return fmt::format(
       "{}{} in {:.1f} s, {}; {} skipped in favour of newer ones, {} lost by the driver, {} damaged",
-      several ? camera.address + ": " : "", counted(end.pictures, "image"), end.seconds,
+      several ? camera.address + ": " : "", counted(end.images, "image"), end.seconds,
       counted(end.tags, "tag"), end.counts.dropped, end.counts.lost, end.counts.damaged);
 }
 

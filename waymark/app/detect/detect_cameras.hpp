@@ -7,7 +7,7 @@
 
 #include "waymark/app/common/field_refusals.hpp"
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/app/detect/detect_pictures.hpp"
+#include "waymark/app/detect/detect_images.hpp"
 #include "waymark/app/live/cameras.hpp"
 #include "waymark/app/live/viewers.hpp"
 #include "waymark/base/fields.hpp"
@@ -20,7 +20,7 @@ struct DetectCamerasJob {
   std::optional<PoseSetup> poses{};
   double duration_s = 0;              ///< 0 means until cancelled
   std::optional<PageOptions> page{};  ///< page that shows the camera; can only be set for a single camera
-  std::function<void(const PictureReport&, const PoseList&, Duration age)> on_picture{};
+  std::function<void(const ImageReport&, const PoseList&, Duration age)> on_image{};
 };
 
 /// User options for detection, except those for the detector and the camera.
@@ -63,7 +63,7 @@ struct DetectedCamera {
 [[nodiscard]] std::string to_text(const DetectedCamera& camera, bool several);
 
 /// Detects tags in the images of all cameras until each has ended. If there are several cameras, each has its
-/// own thread, and calls to on_picture and to the job control are serialised. Fails if a camera or the page
+/// own thread, and calls to on_image and to the job control are serialised. Fails if a camera or the page
 /// cannot be opened.
 [[nodiscard]] Result<std::vector<DetectedCamera>> detect_cameras(const DetectCamerasJob& job,
                                                                  const TagFinder& finder,

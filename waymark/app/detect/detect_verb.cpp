@@ -5,7 +5,7 @@
 #include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
 #include "waymark/app/detect/detect_cameras.hpp"
-#include "waymark/app/detect/detect_pictures.hpp"
+#include "waymark/app/detect/detect_images.hpp"
 #include "waymark/base/message_text.hpp"
 
 namespace waymark::cli {
@@ -27,10 +27,10 @@ ExitCode print_ends(const std::vector<DetectedCamera>& cameras, Console& console
 /// the failure.
 ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const TagFinder& finder,
                      Console& console) {
-  job.on_picture = [&](const PictureReport& report, const PoseList& poses, Duration age) {
+  job.on_image = [&](const ImageReport& report, const PoseList& poses, Duration age) {
     const double age_ms = 1e3 * to_seconds(age);
     if (json) {
-      console.print(json_line(fields(PictureLine{report, poses, covariance, age_ms})));
+      console.print(json_line(fields(ImageLine{report, poses, covariance, age_ms})));
     } else if (!job.page) {
       console.print(waymark::to_text(report) + waymark::to_text(report.detections, poses));
     } else {
@@ -74,16 +74,16 @@ ExitCode detect(const DetectArgs& args, Console& console) {
                        args.json, args.covariance, *finder, console);
   DetectJob job = args.job;
   job.poses = std::move(*poses);
-  const auto summary = detect_pictures(
-      job, *finder, control_from(console), [&](const PictureReport& report, const PoseList& of_tags) {
+  const auto summary = detect_images(
+      job, *finder, control_from(console), [&](const ImageReport& report, const PoseList& of_tags) {
         if (args.json)
-          console.print(json_line(fields(PictureLine{report, of_tags, args.covariance})));
+          console.print(json_line(fields(ImageLine{report, of_tags, args.covariance})));
         else if (report.detected)
           console.print(to_text(report) + to_text(report.detections, of_tags));
         return !console.output_ended();
       });
   if (!summary) return fail_usage(summary.error(), console);
-  console.note(fmt::format("{}, {}, {} failed", counted(summary->pictures, "image"),
+  console.note(fmt::format("{}, {}, {} failed", counted(summary->images, "image"),
                            counted(summary->tags, "tag"), summary->failed));
   if (summary->stopped) return ExitCode::Interrupted;
   return summary->failed > 0 || summary->annotations_failed ? ExitCode::SomeFailed : ExitCode::Ok;
@@ -120,7 +120,7 @@ poses fit almost equally well. Both are printed, the better one first, with the 
 1).
 )",
       .prepare = prepared(detect),
-      .report = report_of<PictureLine>};
+      .report = report_of<ImageLine>};
 }
 
 }  // namespace waymark::cli

@@ -87,7 +87,7 @@ std::vector<DoctorLine> check_cameras(const std::vector<CameraDevice>& devices) 
   return lines;
 }
 
-std::string flat_picture_warning(const ImageView& image) {
+std::string flat_image_warning(const ImageView& image) {
   constexpr std::size_t kEvery = 4;     // stride in pixels, for speed
   constexpr double kOutliers = 0.0005;  // fraction of the pixels that is ignored at either end
   constexpr double kDark = 40;
@@ -119,7 +119,7 @@ DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& 
   if (!camera) return failed(camera.error());
   std::string messages;
   std::string flat;
-  int pictures = 0;
+  int images = 0;
   SensorTime first{};
   SensorTime last{};
   Duration end = steady_now() + kFirst;
@@ -131,22 +131,22 @@ DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& 
     if (const auto* sample = std::get_if<Sample>(&**event)) {
       last = stamp_of(*sample);
       if (const auto* frame = std::get_if<CameraFrame>(sample))
-        flat = flat_picture_warning(frame->image.view());
-      if (pictures++ == 0) {
+        flat = flat_image_warning(frame->image.view());
+      if (images++ == 0) {
         first = last;
         end = steady_now() + kLook;
       }
     }
   }
-  const bool silent = pictures < 2;
+  const bool silent = images < 2;
   if (!silent) messages += flat;
   const bool warns = silent || !messages.empty();
   line.level = silent ? DoctorLevel::Fail : warns ? DoctorLevel::Warn : DoctorLevel::Ok;
-  line.message = (*camera)->description() +
-                 (silent ? std::string(" delivers no images")
-                         : fmt::format(" delivers {:.1f} images per second",
-                                       (pictures - 1) / to_seconds(last - first))) +
-                 messages;
+  line.message =
+      (*camera)->description() +
+      (silent ? std::string(" delivers no images")
+              : fmt::format(" delivers {:.1f} images per second", (images - 1) / to_seconds(last - first))) +
+      messages;
   if (warns) line.command = "waymark detect " + shell_word(address) + " view=true";
   return line;
 }
@@ -204,7 +204,7 @@ DoctorLine check_disk(const std::filesystem::path& folder, std::uint64_t free_by
 namespace {
 
 DoctorLevel level_of(const LoopTrialResult& result) {
-  const bool late = result.dropped * 10 > result.pictures || result.share > kNoCore || result.pictures == 0;
+  const bool late = result.dropped * 10 > result.images || result.share > kNoCore || result.images == 0;
   return late ? DoctorLevel::Fail : result.share > kMaxShare ? DoctorLevel::Warn : DoctorLevel::Ok;
 }
 
@@ -217,7 +217,7 @@ DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result
       .message = fmt::format("detection in {} x {} px at {:g} Hz needs {:.0f} % of one core, {:.1f} ms per "
                              "image; {} of {} images skipped",
                              trial.width, trial.height, trial.rate_hz, 100 * result.share, result.median_ms,
-                             result.dropped, result.pictures)};
+                             result.dropped, result.images)};
   if (line.level != DoctorLevel::Ok)
     line.command = fmt::format("waymark doctor rate_hz={:g}", trial.rate_hz / 2);
   return line;
@@ -273,7 +273,7 @@ void draw_tag(Image& image, int id, int left, int top, int cell_px) {
 }
 
 /// Four tags on a textured background, with noise.
-Image drawn_picture(int width, int height) {
+Image drawn_image(int width, int height) {
   Image image(width, height);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
@@ -295,7 +295,7 @@ Image drawn_picture(int width, int height) {
 class DrawnCamera final : public Source {
  public:
   explicit DrawnCamera(const LoopTrial& trial)
-      : picture_(drawn_picture(trial.width, trial.height)),
+      : image_(drawn_image(trial.width, trial.height)),
         period_(static_cast<std::int64_t>(1e9 / trial.rate_hz)),
         due_(steady_now() + period_) {}
 
@@ -306,7 +306,7 @@ class DrawnCamera final : public Source {
       return std::optional<RobotEvent>();
     }
     if (wait > Duration(0)) std::this_thread::sleep_for(wait);
-    const CameraFrame frame{.stamp = SensorTime(due_), .image = picture_};
+    const CameraFrame frame{.stamp = SensorTime(due_), .image = image_};
     due_ += period_;
     return std::optional<RobotEvent>(Sample(frame));
   }
@@ -314,7 +314,7 @@ class DrawnCamera final : public Source {
   [[nodiscard]] std::optional<SensorTime> now() const override { return SensorTime(steady_now()); }
 
  private:
-  Image picture_;
+  Image image_;
   Duration period_;
   Duration due_;
 };
@@ -349,8 +349,8 @@ Result<LoopTrialResult> try_loop(const TagFinder& finder, const LoopTrial& trial
   const double began_s = thread_seconds();
   const auto end = loop.drive(listener);
   if (!end) return tl::unexpected(end.error());
-  LoopTrialResult result{.pictures = static_cast<int>(delays_ms.size()) + loop.dropped_pictures(),
-                         .dropped = loop.dropped_pictures(),
+  LoopTrialResult result{.images = static_cast<int>(delays_ms.size()) + loop.dropped_images(),
+                         .dropped = loop.dropped_images(),
                          .share = (thread_seconds() - began_s) / to_seconds(end->uptime)};
   std::ranges::sort(delays_ms);
   if (!delays_ms.empty()) result.median_ms = delays_ms[delays_ms.size() / 2];

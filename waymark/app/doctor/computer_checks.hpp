@@ -32,7 +32,7 @@ struct DoctorLine {
 
 /// A warning, starting with a semicolon, that the contrast of an image is too low for tags; empty if the
 /// contrast is sufficient.
-[[nodiscard]] std::string flat_picture_warning(const ImageView& image);
+[[nodiscard]] std::string flat_image_warning(const ImageView& image);
 
 /// Opens the camera at an address for one second. Reports the frame rate, messages from the driver, and
 /// insufficient contrast.
@@ -58,7 +58,7 @@ struct LoopTrial {
   double seconds = 2;
 };
 struct LoopTrialResult {
-  int pictures = 0;
+  int images = 0;
   int dropped = 0;       ///< number of images that arrived while an earlier one was being searched
   double share = 0;      ///< processor time as a fraction of one core
   double median_ms = 0;  ///< median time from the arrival of an image to its tags

@@ -47,15 +47,15 @@ TEST(Doctor, ReportsTheProblemOfEachCamera) {
 TEST(Doctor, WarnsAboutABlackOrWhiteImage) {
   Image image(640, 480);
   for (int y = 0; y < image.height(); ++y) std::fill_n(image.row(y), image.width(), std::uint8_t{9});
-  const std::string dark = flat_picture_warning(image.view());
+  const std::string dark = flat_image_warning(image.view());
   testing::expect_on_page("doctor", dark);
   for (int y = 0; y < image.height(); ++y) std::fill_n(image.row(y), image.width(), std::uint8_t{252});
-  const std::string bright = flat_picture_warning(image.view());
+  const std::string bright = flat_image_warning(image.view());
   testing::expect_on_page("doctor", bright);
   EXPECT_NE(bright.substr(bright.rfind(':')), dark.substr(dark.rfind(':')));
   for (int y = 100; y < 200; ++y) std::fill_n(image.row(y), image.width() / 2, std::uint8_t{60});
-  EXPECT_EQ(flat_picture_warning(image.view()), "");
-  EXPECT_EQ(flat_picture_warning(ImageView{}), "");
+  EXPECT_EQ(flat_image_warning(image.view()), "");
+  EXPECT_EQ(flat_image_warning(ImageView{}), "");
 }
 
 TEST(Doctor, ChecksAgeAndVerdictsOfACalibration) {
@@ -94,11 +94,11 @@ TEST(Doctor, ChecksDiskAndProcessor) {
   EXPECT_EQ(check_disk("/nowhere").level, DoctorLevel::Fail);
   EXPECT_EQ(check_disk("/dev/null").level, DoctorLevel::Fail);
   testing::expect_on_page("doctor", check_disk("/dev/null").message);
-  EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 0, .share = 0.2}).level, DoctorLevel::Ok);
-  EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 1, .share = 0.7}).level, DoctorLevel::Warn);
-  EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 20, .share = 0.7}).level, DoctorLevel::Fail);
-  EXPECT_EQ(check_processor({}, {.pictures = 0}).level, DoctorLevel::Fail);
-  const LoopTrialResult late{.pictures = 60, .dropped = 30, .share = 1};
+  EXPECT_EQ(check_processor({}, {.images = 60, .dropped = 0, .share = 0.2}).level, DoctorLevel::Ok);
+  EXPECT_EQ(check_processor({}, {.images = 60, .dropped = 1, .share = 0.7}).level, DoctorLevel::Warn);
+  EXPECT_EQ(check_processor({}, {.images = 60, .dropped = 20, .share = 0.7}).level, DoctorLevel::Fail);
+  EXPECT_EQ(check_processor({}, {.images = 0}).level, DoctorLevel::Fail);
+  const LoopTrialResult late{.images = 60, .dropped = 30, .share = 1};
   EXPECT_THAT(check_processor({}, late).command, HasSubstr("rate_hz=15"));
 }
 
@@ -108,8 +108,8 @@ TEST(Doctor, TheLoopTrialDetectsTagsAndMeasuresTime) {
   const auto result =
       try_loop(*finder, {.width = 320, .height = 240, .rate_hz = 20, .seconds = 0.5}, [] { return false; });
   ASSERT_TRUE(result);
-  EXPECT_GT(result->pictures, 0);
-  EXPECT_LE(result->pictures, 11);
+  EXPECT_GT(result->images, 0);
+  EXPECT_LE(result->images, 11);
   EXPECT_GT(result->share, 0);
   EXPECT_GT(result->median_ms, 0);
 }

@@ -49,7 +49,7 @@ int ExpectedTagCount::times_missed() const {
 
 void MapTagTrial::add(const ImageView& image, const std::vector<TagDetection>& found, const TagMap& map,
                       const CameraModel& camera, int min_white_black_diff) {
-  ++pictures;
+  ++images;
   const bool any =
       std::ranges::any_of(found, [&](const TagDetection& one) { return map.find(one.tag) != nullptr; });
   if (!any) return;
@@ -64,14 +64,14 @@ void MapTagTrial::add(const ImageView& image, const std::vector<TagDetection>& f
 }
 
 DoctorLine check_map_tags(const MapTagTrial& trial, const std::string& view_command) {
-  const std::string pictures = counted(static_cast<std::size_t>(trial.pictures), "image");
+  const std::string images = counted(static_cast<std::size_t>(trial.images), "image");
   if (trial.with_tags == 0)
-    return map_failed(fmt::format("no map tag was detected in {}", pictures), view_command);
+    return map_failed(fmt::format("no map tag was detected in {}", images), view_command);
   if (trial.placed == 0)
     return map_warning(
         fmt::format("map tags were detected in {} of {}, but the camera pose is ambiguous. Move the camera "
                     "closer, or so that several tags are in view. Is the calibration that of this camera?",
-                    trial.with_tags, pictures),
+                    trial.with_tags, images),
         view_command);
   std::vector<std::string> missed;
   for (const auto& [tag, count] : trial.tags)
@@ -80,7 +80,7 @@ DoctorLine check_map_tags(const MapTagTrial& trial, const std::string& view_comm
                                    count.expected, counted_reasons(count.missed)));
   const std::string all = counted(trial.tags.size(), "map tag");
   if (missed.empty())
-    return {"map", DoctorLevel::Ok, fmt::format("{} expected from here and detected, in {}", all, pictures),
+    return {"map", DoctorLevel::Ok, fmt::format("{} expected from here and detected, in {}", all, images),
             ""};
   return map_warning(
       fmt::format("{} expected from here, {} missed: {}", all, missed.size(), fmt::join(missed, ", ")),
@@ -108,8 +108,8 @@ DoctorLine check_map_tags(const std::string& address, const std::filesystem::pat
   watch.duration_s = kMapLook_s;
   watch.camera = &camera->camera;
   watch.should_stop = cancelled;
-  watch.on_picture = [&](CameraPicture& picture) {
-    trial.add(picture.frame.image.view(), picture.found.detections, file->tags, camera->camera,
+  watch.on_image = [&](CameraImage& image) {
+    trial.add(image.frame.image.view(), image.found.detections, file->tags, camera->camera,
               options.min_white_black_diff);
     return Status();
   };
@@ -200,8 +200,8 @@ DoctorLine check_tag_size(const std::string& address, const std::filesystem::pat
   watch.duration_s = kTagLook_s;
   watch.camera = &camera->camera;
   watch.should_stop = cancelled;
-  watch.on_picture = [&](CameraPicture& picture) {
-    detections.insert(detections.end(), picture.found.detections.begin(), picture.found.detections.end());
+  watch.on_image = [&](CameraImage& image) {
+    detections.insert(detections.end(), image.found.detections.begin(), image.found.detections.end());
     return Status();
   };
   const auto end = watch_camera(**source, *finder, watch);

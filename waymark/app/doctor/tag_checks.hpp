@@ -24,7 +24,7 @@ struct ExpectedTagCount {
 
 /// Detection of map tags in images from a stationary camera.
 struct MapTagTrial {
-  int pictures = 0;
+  int images = 0;
   int with_tags = 0;  ///< number of images in which a map tag was detected
   int placed = 0;     ///< number of images for which the camera pose is certain
   std::map<TagId, ExpectedTagCount> tags{};

@@ -39,7 +39,7 @@ TagMap wall() {
 using Levels = std::array<double, 2>;  ///< grey levels of black and white
 
 /// An image of the wall; `levels` returns the grey levels of each tag.
-Image picture(const std::function<Levels(int)>& levels, std::uint64_t seed) {
+Image painted_wall(const std::function<Levels(int)>& levels, std::uint64_t seed) {
   Image image(640, 480, 140);
   for (const auto& [id, mapped] : wall().tags) {
     const auto corners = visible_corners(kCamera, mapped.map_T_tag, mapped.size_m);
@@ -60,7 +60,7 @@ DoctorLine looked_at(const std::function<Levels(int)>& levels,
   const auto finder = make_tag_finder(options).value();
   MapTagTrial trial;
   for (int i = 0; i < 10; ++i) {
-    Image image = picture(levels, static_cast<std::uint64_t>(i));
+    Image image = painted_wall(levels, static_cast<std::uint64_t>(i));
     change(image, i);
     const auto found = find_tags(image.view(), finder, &kCamera).value();
     trial.add(image.view(), found.detections, wall(), kCamera, options.min_white_black_diff);
@@ -117,7 +117,7 @@ TEST(DoctorMap, ReportsWhyTagsCannotBeChecked) {
   std::swap(exchanged.tags[tag(0)], exchanged.tags[tag(3)]);
   exchanged.tags.erase(tag(1));
   exchanged.tags.erase(tag(2));
-  const Image image = picture(kAllPlain, 1);
+  const Image image = painted_wall(kAllPlain, 1);
   MapTagTrial trial;
   trial.add(image.view(), find_tags(image.view(), finder, &kCamera)->detections, exchanged, kCamera,
             options.min_white_black_diff);

@@ -17,14 +17,14 @@ namespace {
 
 /// Detections in all images, and counts.
 struct Reports {
-  std::vector<PictureReport> reports{};
+  std::vector<ImageReport> reports{};
   DetectSummary summary{};
 };
 
 Reports detect(const EvaluateDetectionsJob& job, const TagFinder& finder, const JobControl& control) {
   Reports all;
   all.summary = detect_all(find_inputs(job.sources, job.recursive), finder, nullptr, control,
-                           [&](std::size_t, PictureReport& report, const ImageView&) {
+                           [&](std::size_t, ImageReport& report, const ImageView&) {
                              all.reports.push_back(report);
                              return true;
                            });
@@ -40,12 +40,12 @@ Result<Reports> read_reports(const EvaluateDetectionsJob& job) {
 }
 
 /// The images to score, each with its ground truth. Notes report which images are skipped, and why.
-Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, const DetectionTruth& truth,
+Result<std::vector<ImageDetections>> join(std::vector<ImageReport> reports, const DetectionTruth& truth,
                                           const JobControl& control) {
   std::vector<ImageDetections> images;
   std::map<std::string, std::string> seen;  // from the name in the ground truth to the path
   std::size_t without_truth = 0;
-  for (PictureReport& report : reports) {
+  for (ImageReport& report : reports) {
     if (report.error) continue;
     const auto name = find_image(truth, report.image);
     if (!name) ++without_truth;
@@ -86,8 +86,8 @@ Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob
   if (!all) return tl::unexpected(all.error());
   EvaluateDetectionsReport report{.failed = all->summary.failed, .stopped = all->summary.stopped};
   if (all->reports.empty() && (report.failed > 0 || report.stopped)) return report;
-  const auto failed = static_cast<std::size_t>(std::ranges::count_if(
-      all->reports, [](const PictureReport& picture) { return picture.error.has_value(); }));
+  const auto failed = static_cast<std::size_t>(
+      std::ranges::count_if(all->reports, [](const ImageReport& image) { return image.error.has_value(); }));
   if (failed > 0) control.note("failed and skipped: " + counted(failed, "image"));
   report.failed = std::max(report.failed, failed);
   const auto images = join(std::move(all->reports), *truth, control);

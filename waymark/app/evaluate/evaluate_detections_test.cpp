@@ -38,11 +38,11 @@ std::string truth_row(const std::string& image, const TagDetection& tag) {
 
 class EvaluateDetections : public ::testing::Test {
  protected:
-  Result<EvaluateDetectionsReport> evaluate(const std::vector<PictureReport>& reports,
+  Result<EvaluateDetectionsReport> evaluate(const std::vector<ImageReport>& reports,
                                             const std::string& truth) {
     std::string lines;
-    for (const PictureReport& report : reports)
-      lines += json_line(fields(PictureLine{.report = report, .with_covariance = true}));
+    for (const ImageReport& report : reports)
+      lines += json_line(fields(ImageLine{.report = report, .with_covariance = true}));
     EXPECT_TRUE(write_text_file(folder_ / "detections.jsonl", lines));
     EXPECT_TRUE(write_text_file(folder_ / "truth.csv", "image,id,x0,y0,x1,y1,x2,y2,x3,y3\n" + truth));
     notes_.clear();
@@ -52,7 +52,7 @@ class EvaluateDetections : public ::testing::Test {
         {.truth = (folder_ / "truth.csv").string(), .detections = (folder_ / "detections.jsonl").string()},
         TagFinder{}, control);
   }
-  static PictureReport picture(const std::string& name, std::vector<TagDetection> detections) {
+  static ImageReport report_of(const std::string& name, std::vector<TagDetection> detections) {
     return {.image = name,
             .width_px = 640,
             .height_px = 480,
@@ -64,9 +64,10 @@ class EvaluateDetections : public ::testing::Test {
 };
 
 TEST_F(EvaluateDetections, CountsCorrectMissedWrongAndFalseDetections) {
-  const auto report = evaluate({picture("a.png", {square_at(1, 100), square_at(9, 300), square_at(5, 500)})},
-                               truth_row("a.png", square_at(1, 100)) + truth_row("a.png", square_at(2, 200)) +
-                                   truth_row("a.png", square_at(3, 300)));
+  const auto report =
+      evaluate({report_of("a.png", {square_at(1, 100), square_at(9, 300), square_at(5, 500)})},
+               truth_row("a.png", square_at(1, 100)) + truth_row("a.png", square_at(2, 200)) +
+                   truth_row("a.png", square_at(3, 300)));
   ASSERT_TRUE(report) << to_string(report.error());
   ASSERT_TRUE(report->scores) << to_string(*report->error);
   const auto json = to_json(fields(*report->scores));
@@ -80,7 +81,7 @@ TEST_F(EvaluateDetections, CountsCorrectMissedWrongAndFalseDetections) {
 
 TEST_F(EvaluateDetections, AShiftOfAllCornersIsTheirBias) {
   const auto report =
-      evaluate({picture("a.png", {square_at(1, 100, 0.3)})}, truth_row("a.png", square_at(1, 100)));
+      evaluate({report_of("a.png", {square_at(1, 100, 0.3)})}, truth_row("a.png", square_at(1, 100)));
   ASSERT_TRUE(report && report->scores);
   const auto corners = to_json(fields(*report->scores))["corners"];
   EXPECT_NEAR(corners["bias_x_px"].get<double>(), 0.3, 1e-6);
@@ -90,7 +91,7 @@ TEST_F(EvaluateDetections, AShiftOfAllCornersIsTheirBias) {
 }
 
 TEST_F(EvaluateDetections, UnknownValuesAreNull) {
-  const auto report = evaluate({picture("a.png", {})}, truth_row("a.png", square_at(1, 100)));
+  const auto report = evaluate({report_of("a.png", {})}, truth_row("a.png", square_at(1, 100)));
   ASSERT_TRUE(report && report->scores);
   const auto json = to_json(fields(*report->scores));
   EXPECT_EQ(json["recall"], 0.0);
@@ -99,15 +100,16 @@ TEST_F(EvaluateDetections, UnknownValuesAreNull) {
 }
 
 TEST_F(EvaluateDetections, UnmatchedImagesAreReported) {
-  const auto report = evaluate({picture("a.png", {square_at(1, 100)}), picture("b.png", {square_at(2, 100)})},
-                               truth_row("a.png", square_at(1, 100)) + truth_row("c.png", square_at(3, 100)));
+  const auto report =
+      evaluate({report_of("a.png", {square_at(1, 100)}), report_of("b.png", {square_at(2, 100)})},
+               truth_row("a.png", square_at(1, 100)) + truth_row("c.png", square_at(3, 100)));
   ASSERT_TRUE(report && report->scores);
   EXPECT_THAT(notes_, Contains(HasSubstr("no tag: 1 image")));
   EXPECT_THAT(notes_, Contains(HasSubstr("not given: 1 image")));
   EXPECT_EQ(report->scores->false_positives, 1U)
       << "an image without ground truth is assumed to contain no tag";
   EXPECT_EQ(report->scores->truth, 1U) << "tags in images that were not given are not counted";
-  const auto others = evaluate({picture("x.png", {})}, truth_row("a.png", square_at(1, 100)));
+  const auto others = evaluate({report_of("x.png", {})}, truth_row("a.png", square_at(1, 100)));
   ASSERT_TRUE(others);
   ASSERT_TRUE(others->error);
   EXPECT_THAT(others->error->hint, HasSubstr("a.png"));
@@ -115,7 +117,7 @@ TEST_F(EvaluateDetections, UnmatchedImagesAreReported) {
 
 TEST_F(EvaluateDetections, ImagesWithTheSameNameAreRejected) {
   const auto report =
-      evaluate({picture("x/a.png", {}), picture("y/a.png", {})}, truth_row("a.png", square_at(1, 100)));
+      evaluate({report_of("x/a.png", {}), report_of("y/a.png", {})}, truth_row("a.png", square_at(1, 100)));
   ASSERT_TRUE(report);
   EXPECT_FALSE(report->scores);
   ASSERT_TRUE(report->error);
@@ -123,10 +125,10 @@ TEST_F(EvaluateDetections, ImagesWithTheSameNameAreRejected) {
 }
 
 TEST_F(EvaluateDetections, FailedImagesAreSkippedAndCounted) {
-  PictureReport failed = picture("b.png", {});
+  ImageReport failed = report_of("b.png", {});
   failed.detected = false;
   failed.error = Error{ErrorCode::Unreadable, "cut", {}, {}};
-  const auto report = evaluate({picture("a.png", {square_at(1, 100)}), failed},
+  const auto report = evaluate({report_of("a.png", {square_at(1, 100)}), failed},
                                truth_row("a.png", square_at(1, 100)) + truth_row("b.png", square_at(2, 100)));
   ASSERT_TRUE(report && report->scores);
   EXPECT_EQ(report->failed, 1U);
@@ -134,7 +136,7 @@ TEST_F(EvaluateDetections, FailedImagesAreSkippedAndCounted) {
 }
 
 TEST_F(EvaluateDetections, UnreadableFilesAreReportedWithTheirPlace) {
-  ASSERT_TRUE(evaluate({picture("a.png", {})}, truth_row("a.png", square_at(1, 100))));
+  ASSERT_TRUE(evaluate({report_of("a.png", {})}, truth_row("a.png", square_at(1, 100))));
   const auto evaluate_again = [&] {
     return evaluate_detections(
         {.truth = (folder_ / "truth.csv").string(), .detections = (folder_ / "detections.jsonl").string()},

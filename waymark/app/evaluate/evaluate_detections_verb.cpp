@@ -1,6 +1,6 @@
 #include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
-#include "waymark/app/detect/detect_pictures.hpp"
+#include "waymark/app/detect/detect_images.hpp"
 #include "waymark/app/evaluate/evaluate_detections.hpp"
 
 namespace waymark::cli {

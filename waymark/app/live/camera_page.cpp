@@ -45,7 +45,7 @@ CameraPage::CameraPage(LiveCamera& camera, LiveFeed& feed, const std::optional<P
   feed_.show_text(kText, json_line(ordered_json{{"camera", camera.description()}}));
 }
 
-void CameraPage::show(const CameraPicture& seen, const PoseList& poses) {
+void CameraPage::show(const CameraImage& seen, const PoseList& poses) {
   // Lets the page show the time since exposure rather than since detection.
   const std::int64_t now_ns = seen.frame.stamp.time_since_epoch().count();
   feed_.publish(seen.frame, now_ns);
@@ -75,7 +75,7 @@ void CameraPage::count(SensorTime stamp) {
   last_ = stamp;
 }
 
-void CameraPage::obey(const ViewerOrder& order, const CameraPicture& seen) {
+void CameraPage::obey(const ViewerOrder& order, const CameraImage& seen) {
   switch (order.kind) {
     case ViewerOrder::Kind::Snapshot:
       return take_snapshot(seen);
@@ -92,13 +92,13 @@ void CameraPage::obey(const ViewerOrder& order, const CameraPicture& seen) {
   }
 }
 
-void CameraPage::take_snapshot(const CameraPicture& seen) {
+void CameraPage::take_snapshot(const CameraImage& seen) {
   const std::string name = name_at("snapshot", seen.frame.stamp) + ".png";
   const Status written = write_image(name, seen.frame.image);
   show_message(written ? "saved " + name : to_string(written.error()));
 }
 
-void CameraPage::start_or_end_recording(const CameraPicture& seen) {
+void CameraPage::start_or_end_recording(const CameraImage& seen) {
   if (recorder_) {
     const auto closed = close();
     return show_message(closed ? "recorded " + *closed : to_string(closed.error()));
@@ -108,7 +108,7 @@ void CameraPage::start_or_end_recording(const CameraPicture& seen) {
   show_message(begun ? "recording " + recording_ : to_string(begun.error()));
 }
 
-Status CameraPage::begin_recording(const CameraPicture& seen) {
+Status CameraPage::begin_recording(const CameraImage& seen) {
   recording_ = name_at("camera", seen.frame.stamp) + ".mcap";
   auto file = create_file(recording_);
   if (!file) return tl::unexpected(file.error());
@@ -123,8 +123,8 @@ Status CameraPage::begin_recording(const CameraPicture& seen) {
   return recorder_->add_metadata(lap_facts::kMetadata, facts);
 }
 
-Status CameraPage::record(const CameraPicture& seen) {
-  if (Status added = record_picture(seen.frame, "jpeg", *recorder_); !added) return added;
+Status CameraPage::record(const CameraImage& seen) {
+  if (Status added = record_image(seen.frame, "jpeg", *recorder_); !added) return added;
   return recorder_->add(TagFrame{seen.frame.stamp, seen.frame.camera, seen.found.detections});
 }
 
@@ -136,7 +136,7 @@ Result<std::string> CameraPage::close() {
   return recording_;
 }
 
-void CameraPage::publish_text(const CameraPicture& seen, const PoseList& poses) {
+void CameraPage::publish_text(const CameraImage& seen, const PoseList& poses) {
   if (seen.frame.stamp - text_sent_ < kTextPeriod) return;
   text_sent_ = seen.frame.stamp;
   if (seen.frame.stamp - controls_read_ >= kControlsPeriod) {

@@ -22,7 +22,7 @@ class CameraPage {
   CameraPage(LiveCamera& camera, LiveFeed& feed, const std::optional<PoseSetup>& poses);
 
   /// Shows an image and executes orders from viewers. If an order fails, the page shows the error.
-  void show(const CameraPicture& seen, const PoseList& poses);
+  void show(const CameraImage& seen, const PoseList& poses);
   /// Sets the progress of a guided calibration, which is shown with later images, or with the very next one
   /// if `at_once` is true.
   void guide(nlohmann::ordered_json status, bool at_once);
@@ -32,12 +32,12 @@ class CameraPage {
   [[nodiscard]] Result<std::string> close();
 
  private:
-  void obey(const ViewerOrder& order, const CameraPicture& seen);
-  void take_snapshot(const CameraPicture& seen);
-  void start_or_end_recording(const CameraPicture& seen);
-  [[nodiscard]] Status begin_recording(const CameraPicture& seen);
-  [[nodiscard]] Status record(const CameraPicture& seen);
-  void publish_text(const CameraPicture& seen, const PoseList& poses);
+  void obey(const ViewerOrder& order, const CameraImage& seen);
+  void take_snapshot(const CameraImage& seen);
+  void start_or_end_recording(const CameraImage& seen);
+  [[nodiscard]] Status begin_recording(const CameraImage& seen);
+  [[nodiscard]] Status record(const CameraImage& seen);
+  void publish_text(const CameraImage& seen, const PoseList& poses);
   void count(SensorTime stamp);
 
   LiveCamera& camera_;

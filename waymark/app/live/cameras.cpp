@@ -258,16 +258,16 @@ class Watcher {
     frame.stamp = stamps_.at(frame.stamp);
     const ImageView view = frame.image;
     if (watch_.camera != nullptr)
-      if (Status fits = check_picture_size(*watch_.camera, view.width, view.height); !fits) return fits;
+      if (Status fits = check_image_size(*watch_.camera, view.width, view.height); !fits) return fits;
     auto found = find_tags(view, finder_, watch_.camera);
     if (!found) return tl::unexpected(found.error());
-    CameraPicture seen{std::move(frame), std::move(*found), {}};
+    CameraImage seen{std::move(frame), std::move(*found), {}};
     seen.age = stamps_.now() - seen.frame.stamp;
     if (!first_) first_ = seen.frame.stamp;
     last_ = seen.frame.stamp;
-    ++end_.pictures;
+    ++end_.images;
     end_.tags += seen.found.detections.size();
-    return watch_.on_picture(seen);
+    return watch_.on_image(seen);
   }
 
   void check_clock() {

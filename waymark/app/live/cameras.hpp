@@ -96,7 +96,7 @@ class SystemStamps {
 };
 
 /// An image from a live camera and the tags detected in it. Timestamps are times since 1970.
-struct CameraPicture {
+struct CameraImage {
   CameraFrame frame{};
   FoundTags found{};
   Duration age{};  ///< time from the middle of the exposure to the end of detection
@@ -108,13 +108,13 @@ struct CameraWatch {
   /// Lens model used for straight tag edges that the lens bends; its image size must match. nullptr if the
   /// lens is unknown.
   const CameraModel* camera = nullptr;
-  std::function<Status(CameraPicture&)> on_picture{};  ///< called with each image; an error ends the watch
+  std::function<Status(CameraImage&)> on_image{};  ///< called with each image; an error ends the watch
   std::function<void(const std::string&)> on_message = [](const std::string&) {};
   std::function<bool()> should_stop = [] { return false; };
 };
 
 struct CameraWatchEnd {
-  std::size_t pictures = 0;
+  std::size_t images = 0;
   std::size_t tags = 0;
   double seconds = 0;  ///< time from the first to the last image
   CameraCounts counts{};
@@ -122,7 +122,7 @@ struct CameraWatchEnd {
 };
 
 /// Detects the tags in the newest image from a camera, over and over. Fails if the camera fails, if it
-/// delivers no image for ten seconds, or if on_picture() fails.
+/// delivers no image for ten seconds, or if on_image() fails.
 [[nodiscard]] Result<CameraWatchEnd> watch_camera(LiveCamera& camera, const TagFinder& finder,
                                                   const CameraWatch& watch);
 

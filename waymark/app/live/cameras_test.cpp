@@ -70,7 +70,7 @@ TEST(CameraWatch, DeliversImagesWithTimesSince1970UntilTheDurationIsOver) {
   std::vector<SensorTime> stamps;
   CameraWatch watch{.duration_s = 0.1};
   watch.on_message = [&](const std::string& text) { words += text; };
-  watch.on_picture = [&](CameraPicture& seen) {
+  watch.on_image = [&](CameraImage& seen) {
     EXPECT_GE(to_seconds(seen.age), 0.005);
     stamps.push_back(seen.frame.stamp);
     return Status();
@@ -78,7 +78,7 @@ TEST(CameraWatch, DeliversImagesWithTimesSince1970UntilTheDurationIsOver) {
   const auto end = watch_camera(camera, *finder, watch);
   ASSERT_TRUE(end);
   EXPECT_EQ(words, "hello");
-  EXPECT_EQ(end->pictures, stamps.size());
+  EXPECT_EQ(end->images, stamps.size());
   EXPECT_GE(end->seconds, 0.1);
   EXPECT_EQ(end->counts.dropped, 3U);
   EXPECT_FALSE(end->stopped);
@@ -92,7 +92,7 @@ TEST(CameraWatch, RefusesACalibrationOfAnotherSize) {
   const CameraModel model =
       CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value();
   CameraWatch watch{.duration_s = 0.1, .camera = &model};
-  watch.on_picture = [](CameraPicture& /*seen*/) { return Status(); };
+  watch.on_image = [](CameraImage& /*seen*/) { return Status(); };
   EXPECT_FALSE(watch_camera(camera, *finder, watch));
 }
 

@@ -171,12 +171,12 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotSetup& setup, JobC
 }
 
 Result<std::unique_ptr<LiveRobot>> LiveRobot::open_first(const RobotSetup& setup, JobControl control) {
-  auto finder = make_tag_finder({.detector = setup.pictures.detector,
+  auto finder = make_tag_finder({.detector = setup.image_settings.detector,
                                  .families = families_in(setup.simulated.world),
                                  .known_tags = setup.known_tags});
   if (!finder) return tl::unexpected(finder.error());
-  finder->tracking.whole_every = setup.pictures.search_every;
-  finder->tracking.in_strips = setup.pictures.in_strips;
+  finder->tracking.whole_every = setup.image_settings.search_every;
+  finder->tracking.in_strips = setup.image_settings.in_strips;
   std::vector<MountedCamera> cameras = setup.simulated.cameras();
   ProcessRobotOptions options;
   for (const MountedCamera& camera : cameras) options.cameras.push_back(camera.name);
@@ -214,9 +214,9 @@ Result<RobotLoopEnd> LiveRobot::drive(RobotListener listener) {
     return decision;
   };
   auto end = loop_.drive(listener);
-  if (loop_.dropped_pictures() > 0)
+  if (loop_.dropped_images() > 0)
     control_.note(fmt::format("{} skipped: they arrived faster than tags could be detected",
-                              counted(loop_.dropped_pictures(), "image")));
+                              counted(loop_.dropped_images(), "image")));
   const bool followed = finder_.tracking.whole_every != 1 || finder_.tracking.in_strips;
   if (followed && !loop_.searched())
     control_.note("`search_every` and `search_strips` had no effect: the robot sent no images");

@@ -118,7 +118,7 @@ class ListCamera final : public LiveCamera {
   [[nodiscard]] std::optional<SensorTime> now() const override { return std::nullopt; }
   [[nodiscard]] CameraCounts counts() const override { return {}; }
   [[nodiscard]] std::string description() const override { return "list"; }
-  void take_picture(Duration stamp) { waiting.emplace_back(Sample(CameraFrame{.stamp = SensorTime(stamp)})); }
+  void take_image(Duration stamp) { waiting.emplace_back(Sample(CameraFrame{.stamp = SensorTime(stamp)})); }
   std::deque<RobotEvent> waiting{};
   bool broken = false;
 };
@@ -138,17 +138,17 @@ struct Rig {
 
 TEST(RobotWithCameras, MovesStampsToTheRobotsClock) {
   Rig rig;
-  rig.camera->take_picture(steady_now());
+  rig.camera->take_image(steady_now());
   EXPECT_FALSE(*rig.both->next(milliseconds(10)));  // the robot's clock is still unknown
   rig.robot.waiting.emplace_back(Sample(Odometry{}));
   ASSERT_TRUE(*rig.both->next(milliseconds(10)));
   const Duration taken = steady_now() - milliseconds(30);
-  rig.camera->take_picture(taken);
+  rig.camera->take_image(taken);
   const auto event = rig.both->next(milliseconds(10));
   ASSERT_TRUE(event && *event);
   const SensorTime stamp = stamp_of(std::get<Sample>(**event));
   EXPECT_NEAR(to_seconds(stamp.time_since_epoch() - taken), 1000, 1e-3);
-  rig.camera->take_picture(taken - milliseconds(5));  // taken before the previous image
+  rig.camera->take_image(taken - milliseconds(5));  // taken before the previous image
   const auto second = rig.both->next(milliseconds(10));
   ASSERT_TRUE(second && *second);
   EXPECT_GT(stamp_of(std::get<Sample>(**second)), stamp);
@@ -158,9 +158,9 @@ TEST(RobotWithCameras, SkipsImagesThatWaitedTooLong) {
   Rig rig;
   rig.robot.waiting.emplace_back(Sample(Odometry{}));
   ASSERT_TRUE(*rig.both->next(milliseconds(10)));
-  rig.camera->take_picture(steady_now() - milliseconds(1100));
+  rig.camera->take_image(steady_now() - milliseconds(1100));
   EXPECT_FALSE(*rig.both->next(milliseconds(10)));
-  rig.camera->take_picture(steady_now() - milliseconds(800));
+  rig.camera->take_image(steady_now() - milliseconds(800));
   EXPECT_TRUE(*rig.both->next(milliseconds(10)));
 }
 
@@ -170,12 +170,12 @@ TEST(RobotWithCameras, DoNotStarveTheRobot) {
   rig.robot.waiting.emplace_back(Sample(Odometry{}));
   ASSERT_TRUE(*rig.both->next(milliseconds(10)));
   for (int i = 0; i < 5; ++i) {
-    rig.camera->take_picture(steady_now());
+    rig.camera->take_image(steady_now());
     rig.robot.waiting.emplace_back(Sample(Odometry{}));
   }
   int odometry = 0;
   for (int i = 0; i < 10; ++i) {
-    rig.camera->take_picture(steady_now());
+    rig.camera->take_image(steady_now());
     const auto event = rig.both->next(milliseconds(10));
     ASSERT_TRUE(event && *event);
     odometry += std::holds_alternative<Odometry>(std::get<Sample>(**event)) ? 1 : 0;

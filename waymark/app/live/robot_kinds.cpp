@@ -174,7 +174,7 @@ Result<RobotSetup> requested_setup(const RobotRequest& request, bool processes, 
   const std::string& file = request.robot_file.empty() ? robot_file : request.robot_file;
   Result<RobotSetup> setup = load_robot(request.robot, request.world, file, request.seed, processes);
   if (!setup || !process) return setup;
-  setup->pictures = request.pictures;
+  setup->image_settings = request.image_settings;
   if (Status added = add_live_cameras(request.camera_sources, *setup); !added)
     return tl::unexpected(added.error());
   return setup;

@@ -63,7 +63,7 @@ struct RobotRequest {
   std::string world{};
   std::string robot_file{};
   std::vector<std::string> camera_sources{};  ///< cameras on this computer, used with a robot process
-  PictureSettings pictures{};
+  ImageSettings image_settings{};
   std::uint64_t seed = 1;
 
   /// Flags that make this program simulate the requested robot.

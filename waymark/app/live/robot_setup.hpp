@@ -22,7 +22,7 @@ inline constexpr const char* kSearchedWholly = "has no effect without `search_ev
 inline constexpr const char* kSearchEvery = "Add `search_every=8`, for example.";
 
 /// Settings for tag detection in the images of a robot process.
-struct PictureSettings {
+struct ImageSettings {
   std::string detector = DetectorOptions{}.detector;
   int search_every = 1;    ///< one in N images is searched completely; in the others, known tags are tracked
   bool in_strips = false;  ///< whether to search a different strip of each image instead of one complete
@@ -56,7 +56,7 @@ struct RobotSetup {
   RobotCommand process{};                          ///< the command for the robot process; empty if the robot
                                                    ///< is simulated
   std::vector<CameraAddress> live_cameras{};       ///< cameras on this computer, used with a robot process
-  PictureSettings pictures{};                      ///< settings for detection in the images of a robot
+  ImageSettings image_settings{};                  ///< settings for detection in the images of a robot
                                                    ///< process
   std::vector<TagId> known_tags{};                 ///< tags in the map used for the drive
   std::string robot_path{};                        ///< path of the robot file
@@ -66,7 +66,7 @@ struct RobotSetup {
                                    ///< otherwise empty
 
   /// Whether the robot sends images or might do so. A robot process only reports this in its hello message.
-  [[nodiscard]] bool may_have_pictures() const { return simulated.pictures || !process.empty(); }
+  [[nodiscard]] bool may_have_images() const { return simulated.images || !process.empty(); }
   [[nodiscard]] RobotDescription robot() const {
     return {simulated.model, simulated.camera, simulated.robot, simulated.camera_name,
             simulated.more_cameras};

@@ -67,9 +67,9 @@ Status RobotFrames::join(Bus& bus) {
     status = listen(bus, "/tf", ros2::TFMessage::kType, {.reliable = false, .depth = kLinks}, moving_);
   if (robot_.profile && status)
     status = listen(bus, robot_.profile->odometry_topic, ros2::Odometry::kType, kNewest, odometry_);
-  if (!robot_.profile || !robot_.own_pictures || !status) return status;
+  if (!robot_.profile || !robot_.own_images || !status) return status;
   const auto [topic, type] = camera_topic_of(*robot_.profile);
-  return topic.empty() ? status : listen(bus, topic, type, kNewest, pictures_);
+  return topic.empty() ? status : listen(bus, topic, type, kNewest, images_);
 }
 
 bool RobotFrames::take(Bus& bus, const BusMessage& message) {
@@ -79,9 +79,9 @@ bool RobotFrames::take(Bus& bus, const BusMessage& message) {
   } else if (is(odometry_)) {
     receive_odometry(message);
     end(bus, odometry_);
-  } else if (is(pictures_)) {
+  } else if (is(images_)) {
     receive_camera(message);
-    end(bus, pictures_);
+    end(bus, images_);
   } else {
     return false;
   }
@@ -117,14 +117,14 @@ void RobotFrames::robot_started(Duration now) {
 }
 
 bool RobotFrames::settled(Duration now) const {
-  return (!odometry_ && !pictures_) || (since_ && now - *since_ >= kMaxWait);
+  return (!odometry_ && !images_) || (since_ && now - *since_ >= kMaxWait);
 }
 
 std::string RobotFrames::odom() const { return odom_.empty() ? std::string(ros2::kOdomFrame) : odom_; }
 std::string RobotFrames::base() const { return base_.empty() ? std::string(ros2::kBaseFrame) : base_; }
 
 std::string RobotFrames::camera(std::string_view name) const {
-  const bool own = robot_.profile && robot_.own_pictures && name == "cam";
+  const bool own = robot_.profile && robot_.own_images && name == "cam";
   return own && !camera_.empty() ? camera_ : ros2::camera_frame(name);
 }
 
@@ -175,7 +175,7 @@ const Odometry* odometry_at(const std::deque<Odometry>& all, SensorTime stamp) {
 bool is_unchanged(LiveStatus now, const LiveStatus& before) {
   now.driven_m = before.driven_m;
   now.goal_m = before.goal_m;
-  now.dropped_pictures = before.dropped_pictures;
+  now.dropped_images = before.dropped_images;
   return now == before;
 }
 
@@ -280,12 +280,12 @@ void Ros2Node::publish(const std::string& topic, const Message& message, bool ke
 void Ros2Node::show(const TagFrame& tags) {
   constexpr Duration kPeriod = std::chrono::milliseconds(100);
   constexpr int kQuality = 80;
-  constexpr TopicQos kPictures{.reliable = true, .depth = 2, .large = true};
-  if (!picture_ || picture_->stamp != tags.stamp || picture_->camera != tags.camera) return;
-  const auto publisher = publisher_of("/waymark/image/compressed", ros2::CompressedImage::kType, kPictures);
+  constexpr TopicQos kImages{.reliable = true, .depth = 2, .large = true};
+  if (!image_ || image_->stamp != tags.stamp || image_->camera != tags.camera) return;
+  const auto publisher = publisher_of("/waymark/image/compressed", ros2::CompressedImage::kType, kImages);
   if (!publisher || steady_now() - shown_ < kPeriod || bus_->matched_subscriptions(*publisher) == 0) return;
   shown_ = steady_now();
-  const auto drawn = plot::annotate(picture_->image.view(), tags.detections);
+  const auto drawn = plot::annotate(image_->image.view(), tags.detections);
   auto jpeg = drawn ? encode_jpeg(*drawn, kQuality) : tl::unexpected(drawn.error());
   if (!jpeg) return;
   const ros2::CompressedImage message{.header = {ros2::to_ros(tags.stamp), frames_.camera(tags.camera)},
@@ -296,10 +296,10 @@ void Ros2Node::show(const TagFrame& tags) {
 
 void Ros2Node::take_back(LiveSample& sample) {
   auto* received = std::get_if<Sample>(&sample.value);
-  auto* picture = received != nullptr ? std::get_if<CameraFrame>(received) : nullptr;
-  if (picture == nullptr) return;
-  if (picture_) feed_.give_back(std::move(*picture_));
-  picture_ = std::move(*picture);
+  auto* image = received != nullptr ? std::get_if<CameraFrame>(received) : nullptr;
+  if (image == nullptr) return;
+  if (image_) feed_.give_back(std::move(*image_));
+  image_ = std::move(*image);
 }
 
 void Ros2Node::publish_updates() {
@@ -388,7 +388,7 @@ void Ros2Node::publish_status(const LiveStatus& status) {
                                               : "false"},
                 {"driven_m", std::to_string(status.driven_m)},
                 {"goal_m", std::to_string(status.goal_m)},
-                {"dropped_pictures", std::to_string(status.dropped_pictures)},
+                {"dropped_images", std::to_string(status.dropped_images)},
                 {"robot_clock_behind_s",
                  behind_s_.empty() ? "unknown" : fmt::format("{:.3f}", *std::ranges::min_element(behind_s_))},
                 {"refused_initial_poses", std::to_string(refused_poses_)}};

@@ -30,7 +30,7 @@ namespace waymark {
 struct NodeRobot {
   std::optional<Ros2Profile> profile{};  ///< set if the robot has its own ROS 2 nodes
   std::vector<MountedCamera> cameras{};
-  bool own_pictures = true;  ///< whether the camera "cam" is the one on the profile's topics
+  bool own_images = true;  ///< whether the camera "cam" is the one on the profile's topics
 };
 
 /// The frame names of a robot, taken from its odometry and camera messages; the defaults are odom, base_link
@@ -70,7 +70,7 @@ class RobotFrames {
   std::string base_{};
   std::string camera_{};
   std::optional<std::size_t> odometry_{};  ///< subscriptions, which are reset once their names have arrived
-  std::optional<std::size_t> pictures_{};
+  std::optional<std::size_t> images_{};
   std::optional<std::size_t> fixed_{};
   std::optional<std::size_t> moving_{};
   FrameTree tree_{};
@@ -123,9 +123,9 @@ class Ros2Node {
   LiveFeed& feed_;
   RobotFrames frames_;
   LiveStatus status_{};
-  std::deque<double> behind_s_{};         ///< this computer's clock minus odometry timestamps
-  std::optional<CameraFrame> picture_{};  ///< newest image
-  Duration shown_{};                      ///< when the last image was published
+  std::deque<double> behind_s_{};       ///< this computer's clock minus odometry timestamps
+  std::optional<CameraFrame> image_{};  ///< newest image
+  Duration shown_{};                    ///< when the last image was published
   std::shared_ptr<const ros2::MarkerArray> shapes_{};
   std::deque<Odometry> odometry_{};
   ros2::Path path_{};

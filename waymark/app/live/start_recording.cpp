@@ -60,8 +60,8 @@ Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given, const std::
   return {};
 }
 
-Status check_recorded_images(bool pictures, const std::string& images) {
-  if (pictures || images.empty()) return {};
+Status check_recorded_images(bool has_images, const std::string& images) {
+  if (has_images || images.empty()) return {};
   return fail(ErrorCode::InvalidArgument, "there are no images to record", {.key = "record_images"},
               "Add `images`.");
 }

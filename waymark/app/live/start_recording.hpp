@@ -45,8 +45,8 @@ struct LoneAnchor {
 /// because the code that loads it will report the error.
 [[nodiscard]] Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given, const std::string& map);
 
-/// Fails if `images` is set but the robot sends no images (`pictures`) that could be recorded.
-[[nodiscard]] Status check_recorded_images(bool pictures, const std::string& images);
+/// Fails if `images` is set but the robot sends no images (`has_images`) that could be recorded.
+[[nodiscard]] Status check_recorded_images(bool has_images, const std::string& images);
 
 /// How a recording was made, and with which options.
 struct Making {

@@ -72,7 +72,7 @@ Status refuse_in_process(const RobotSetup& setup, const char* key) {
 /// Describes the robot of a setup to its ROS 2 node.
 Result<NodeRobot> node_robot(const RobotSetup& setup) {
   constexpr std::string_view kRos2 = "ros2:";
-  NodeRobot robot{.cameras = setup.simulated.cameras(), .own_pictures = setup.live_cameras.empty()};
+  NodeRobot robot{.cameras = setup.simulated.cameras(), .own_images = setup.live_cameras.empty()};
   if (!setup.ground.robot.starts_with(kRos2)) return robot;
   auto profile = find_ros2_profile(setup.ground.robot.substr(kRos2.size()));
   if (!profile) return tl::unexpected(profile.error());

@@ -39,7 +39,7 @@ struct PosedTags {
 /// (body_R_optical()).
 struct CameraMoment {
   SensorTime stamp{};  ///< since 1970 for a live camera, since the first image for a video
-  Duration age{};      ///< CameraPicture::age for a live camera
+  Duration age{};      ///< CameraImage::age for a live camera
   int tags = 0;        ///< number of map tags used for the pose or, without a pose, of detected tags
   std::vector<std::size_t> used{};  ///< indices of these tags in the image's detections, ascending
   /// `nullopt` if no map tag was detected, or if the pose is ambiguous.

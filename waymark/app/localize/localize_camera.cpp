@@ -27,7 +27,7 @@ class CameraLog {
     job.feed->show_shapes(map_markers(map, {}));
   }
 
-  Status take(CameraPicture& seen) {
+  Status take(CameraImage& seen) {
     const TagFrame tags{seen.frame.stamp, seen.frame.camera, std::move(seen.found.detections)};
     CameraMoment moment = moments_.of(tags);
     moment.age = seen.age;
@@ -47,7 +47,7 @@ class CameraLog {
   [[nodiscard]] std::size_t known() const { return known_; }
 
  private:
-  void show(const CameraPicture& seen, const TagFrame& tags) {
+  void show(const CameraImage& seen, const TagFrame& tags) {
     if (job_.feed == nullptr) return;
     job_.feed->set_status({.phase = "localizing"});
     job_.feed->publish(seen.frame, host_now_ns());
@@ -89,7 +89,7 @@ Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraMod
   if (!output) return tl::unexpected(output.error());
   CameraLog log(job, model, map->tags, *output);
   CameraWatch watch{.camera = &model,
-                    .on_picture = [&](CameraPicture& seen) { return log.take(seen); },
+                    .on_image = [&](CameraImage& seen) { return log.take(seen); },
                     .on_message = control.note,
                     .should_stop = control.cancelled};
   if (job.duration_s > 0) watch.duration_s = job.duration_s;
@@ -101,7 +101,7 @@ Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraMod
 }
 
 std::string to_text(const LocalizeCameraReport& report) {
-  return fmt::format("{} in {:.1f} s, {} with a pose", counted(report.end.pictures, "image"),
+  return fmt::format("{} in {:.1f} s, {} with a pose", counted(report.end.images, "image"),
                      report.end.seconds, report.known);
 }
 

@@ -85,7 +85,7 @@ Status LocalizeOutput::on_sample(const Sample& sample) {
   if (!first_) first_ = newest_;
   if (!recorder_) return {};
   const auto* image = std::get_if<CameraFrame>(&sample);
-  if (image != nullptr) return source_.live ? record_picture(*image, source_.images, *recorder_) : Status();
+  if (image != nullptr) return source_.live ? record_image(*image, source_.images, *recorder_) : Status();
   const bool kept =
       source_.live || std::holds_alternative<Odometry>(sample) || std::holds_alternative<TruthPose>(sample);
   return kept ? recorder_->add(sample) : Status();

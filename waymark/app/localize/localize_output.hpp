@@ -15,7 +15,7 @@ struct LocalizeSource {
   std::string name{};
   std::string map{};                     ///< file or folder, of which only the name is written
   bool live = false;                     ///< whether to record every sample, the robot file and the cameras
-  std::string images{};                  ///< if `live`, how images are recorded (see record_picture())
+  std::string images{};                  ///< if `live`, how images are recorded (see record_image())
   std::string robot_yaml{};              ///< if `live`, the content of the robot file; empty if there is none
   std::vector<MountedCamera> cameras{};  ///< if `live`, the cameras to record
 };

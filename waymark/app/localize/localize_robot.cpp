@@ -107,7 +107,7 @@ LocalizeSessionOptions session_options(const LocalizeRobotJob& job) {
 }
 
 Status check_job(const LocalizeRobotJob& job) {
-  if (job.pictures.in_strips && job.pictures.search_every <= 1)
+  if (job.image_settings.in_strips && job.image_settings.search_every <= 1)
     return fail(ErrorCode::InvalidArgument, kSearchedWholly, {.key = "search_strips"}, kSearchEvery);
   if (Status valid = check_recorded_images(job.images, job.output); !valid) return valid;
   if (Status valid = check_localize_output(job.output); !valid) return valid;
@@ -140,7 +140,7 @@ Result<RobotSetup> load_listening_robot(const LocalizeRobotJob& job) {
   if (!*setup) return std::move(*setup);
   if (Status added = add_live_cameras(job.camera_sources, **setup); !added)
     return tl::unexpected(added.error());
-  (*setup)->pictures = job.pictures;
+  (*setup)->image_settings = job.image_settings;
   (*setup)->process.listen_only = true;
   if (!(*setup)->process.words.empty()) (*setup)->process.words.emplace_back("--listen-only");
   return std::move(*setup);

@@ -28,7 +28,7 @@ struct LocalizeRobotJob {
   std::optional<double> tag_size_m{};
   std::vector<double> start{};                ///< x, y [m] and yaw [deg]; empty if unknown
   std::vector<std::string> camera_sources{};  ///< cameras on this computer, given as [NAME=]ADDRESS
-  PictureSettings pictures{};
+  ImageSettings image_settings{};
   double duration_s = 0;  ///< 0 means until stopped
   double every_s = 1;     ///< time between calls to `on_report`
   std::string images{};   ///< "raw" or "jpeg"; if empty, images are not recorded
@@ -67,7 +67,7 @@ struct LocalizeRobotJob {
                    "Camera on this computer that provides images for a robot that sends none: "
                    "v4l2:/dev/video0, or NAME=ADDRESS if the robot file has several cameras")
               .less());
-    PictureSettings::fields(self.pictures, visit);
+    ImageSettings::fields(self.image_settings, visit);
   }
 };
 

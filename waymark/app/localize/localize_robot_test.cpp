@@ -17,7 +17,8 @@ Error refused(const LocalizeRobotJob& job) {
 
 TEST(LocalizeRobot, RejectsContradictingValuesBeforeTheRobotStarts) {
   EXPECT_EQ(refused({.robot = "process:true", .images = "jpeg"}).place.key, "record_images");
-  EXPECT_EQ(refused({.robot = "process:true", .pictures = {.in_strips = true}}).place.key, "search_strips");
+  EXPECT_EQ(refused({.robot = "process:true", .image_settings = {.in_strips = true}}).place.key,
+            "search_strips");
   EXPECT_EQ(refused({.robot = "process:true", .output = "estimate.xyz"}).place.key, "`output`");
   const Error no_delay = refused({.robot = "process:true", .method = LocalizationKind::Smoother});
   EXPECT_EQ(no_delay.place.key, "lag_s") << "a smoother without a delay would never finish";
@@ -33,10 +34,10 @@ TEST(LocalizeRobot, RejectsRobotsThatNoOtherProgramDrives) {
 }
 
 TEST(LocalizeRobot, SendsNoCommands) {
-  const auto setup = load_listening_robot({.robot = "process:true", .pictures = {.search_every = 8}});
+  const auto setup = load_listening_robot({.robot = "process:true", .image_settings = {.search_every = 8}});
   ASSERT_TRUE(setup) << to_string(setup.error());
   EXPECT_TRUE(setup->process.listen_only);
-  EXPECT_EQ(setup->pictures.search_every, 8);
+  EXPECT_EQ(setup->image_settings.search_every, 8);
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const Jo
 }
 
 std::string to_text(const LocalizeVideoReport& report) {
-  return fmt::format("{}, {} with a pose", counted(report.video.pictures, "image"), report.known);
+  return fmt::format("{}, {} with a pose", counted(report.video.images, "image"), report.known);
 }
 
 }  // namespace waymark

@@ -210,7 +210,7 @@ TEST_F(FilmedWall, TruncatedRecordingIsLocalisedUpToItsEnd) {
   EXPECT_TRUE(is_of_camera(at("cut.mcap"), true));
   const auto all = localize_video(job_, {});
   ASSERT_TRUE(all) << to_string(all.error());
-  EXPECT_EQ(all->video.pictures, static_cast<std::size_t>(kImages));
+  EXPECT_EQ(all->video.images, static_cast<std::size_t>(kImages));
   fs::resize_file(at("cut.mcap"), 300);
   EXPECT_TRUE(is_of_camera(at("cut.mcap"), true));
   const auto none = localize_video(job_, {});

@@ -611,7 +611,7 @@ ReportFields fields(const MapReport& report) {
        part(bundle, &BundleFigures::rms_px)},
       {"corner_noise_ratio", "Corner noise relative to the detector's covariances",
        part(bundle, &BundleFigures::noise_ratio)},
-      {"correlated_pictures", "Successive images that count as one, as corner errors are correlated",
+      {"correlated_images", "Successive images that count as one, as corner errors are correlated",
        part(bundle, &BundleFigures::correlated_frames)},
       {"observations_rejected", "Observations rejected as outliers", part(bundle, &BundleFigures::rejected)},
       {"observations_rejected_by_tag",

@@ -75,8 +75,7 @@ Status ReplayLog::on_sample(const Sample& sample) {
   if (const auto* truth = std::get_if<TruthPose>(&sample))
     true_path_.push_back({truth->stamp, truth->map_T_base});
   if (!recorder_) return {};
-  if (const auto* picture = std::get_if<CameraFrame>(&sample))
-    return record_picture(*picture, images_, *recorder_);
+  if (const auto* image = std::get_if<CameraFrame>(&sample)) return record_image(*image, images_, *recorder_);
   return recorder_->add(sample);
 }
 
@@ -171,7 +170,7 @@ Status check_recording(const ReplayJob& job, const RobotSetup& setup) {
   if (!job.images.empty() && job.output.empty())
     return fail(ErrorCode::InvalidArgument, "needs a recording", {.key = "record_images"},
                 "Add `output=FILE`.");
-  return check_recorded_images(setup.may_have_pictures(), job.images);
+  return check_recorded_images(setup.may_have_images(), job.images);
 }
 
 Result<ReplayFiles> load_replay(const ReplayJob& job, const JobControl& control) {

@@ -14,7 +14,7 @@ struct ReplayArgs : ReplayRequest {
   explicit ReplayArgs(CLI::App& verb)
       : settings(verb),
         setup(verb, {}, true, "robot.yaml of the map's folder, "),
-        pictures(settings, Reach::SettingsOnly),
+        images(settings, Reach::SettingsOnly),
         options(settings, Reach::Flags) {
     add_fields(verb, live);
     add_fields(verb, static_cast<ReplayRequest&>(*this));
@@ -25,14 +25,14 @@ struct ReplayArgs : ReplayRequest {
   Settings settings;
   SetupFlags setup;
   ViewerOptions live{};
-  PictureFlags pictures;
+  ImageFlags images;
   ReplayFlags options;
   bool json = false;
 };
 
 /// The robot in its world. Fails if flags are set that have no effect.
 Result<RobotSetup> make_setup(const ReplayArgs& args) {
-  Result<RobotSetup> made = args.pictures.apply(args.setup.make(robot_file_in(args.job.folder)));
+  Result<RobotSetup> made = args.images.apply(args.setup.make(robot_file_in(args.job.folder)));
   if (!made) return made;
   Refusals refused(args.settings.app());
   refuse_seed(!made->process.empty(), refused);

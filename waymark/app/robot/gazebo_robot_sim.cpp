@@ -104,11 +104,11 @@ class GazeboRobotSim {
     if (const auto* truth = std::get_if<TruthPose>(&sample))
       return publish_item(GazeboKind::Truth,
                           GazeboPoses{truth->stamp, {{profile_.truth_model, truth->map_T_base}}});
-    if (const auto* frame = std::get_if<CameraFrame>(&sample)) return take_picture(*frame);
+    if (const auto* frame = std::get_if<CameraFrame>(&sample)) return take_image(*frame);
     return {};
   }
 
-  Status take_picture(const CameraFrame& frame) {
+  Status take_image(const CameraFrame& frame) {
     Status status = publish_item(GazeboKind::CameraInfo, GazeboCamera{frame.stamp, camera_});
     return status ? publish_item(GazeboKind::Image, frame) : status;
   }

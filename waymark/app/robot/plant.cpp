@@ -71,9 +71,9 @@ class SimulatedPlant final : public Plant {
 
 Result<std::unique_ptr<Plant>> make_simulated_plant(const SimulatedSetup& setup, const SE2& map_T_base) {
   std::unique_ptr<DetectingCamera> scene_camera;
-  if (setup.pictures) {
+  if (setup.images) {
     auto made =
-        DetectingCamera::make(std::make_shared<const World>(setup.world), setup.cameras(), *setup.pictures);
+        DetectingCamera::make(std::make_shared<const World>(setup.world), setup.cameras(), *setup.images);
     if (!made) return tl::unexpected(made.error());
     scene_camera = std::move(*made);
   }

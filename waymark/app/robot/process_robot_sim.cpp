@@ -21,7 +21,7 @@ namespace waymark {
 namespace {
 
 constexpr Duration kOrderPeriod = std::chrono::milliseconds(50);
-constexpr int kPictureQuality = 92;
+constexpr int kImageQuality = 92;
 
 /// Reads the commands from standard input.
 class OrderInput {
@@ -59,11 +59,11 @@ class OrderInput {
 /// A simulated robot that communicates through standard input and output.
 class SimulatedProcess {
  public:
-  SimulatedProcess(Plant& plant, std::string name, bool pictures, const ProcessSimOptions& options,
+  SimulatedProcess(Plant& plant, std::string name, bool images, const ProcessSimOptions& options,
                    const JobControl& control)
       : plant_(plant),
         name_(std::move(name)),
-        pictures_(pictures),
+        images_(images),
         lockstep_(options.lockstep),
         factor_(options.lockstep ? options.pace : 1),
         cancelled_(control.cancelled),
@@ -72,7 +72,7 @@ class SimulatedProcess {
 
   Status run() {
     RobotHello hello{.name = name_, .lockstep = lockstep_, .simulated = true};
-    hello.sends = {"odometry", "wheels", "imu", "truth", pictures_ ? "image" : "detections"};
+    hello.sends = {"odometry", "wheels", "imu", "truth", images_ ? "image" : "detections"};
     Status status = write(to_line(hello));
     Duration next_order{};
     while (status && !over()) {
@@ -104,7 +104,7 @@ class SimulatedProcess {
     if (!lockstep_) std::visit([this](auto& value) { value.stamp += pace_.left_out(); }, sample);
     const auto* frame = std::get_if<CameraFrame>(&sample);
     if (frame == nullptr) return write(to_line(sample));
-    const auto jpeg = encode_jpeg(frame->image, kPictureQuality);
+    const auto jpeg = encode_jpeg(frame->image, kImageQuality);
     if (!jpeg) return tl::unexpected(jpeg.error());
     return write(to_line(sample, *jpeg));
   }
@@ -136,7 +136,7 @@ class SimulatedProcess {
 
   Plant& plant_;
   std::string name_;
-  bool pictures_;
+  bool images_;
   bool lockstep_;
   double factor_;  ///< maximum real-time factor; unlimited if 0
   std::function<bool()> cancelled_;
@@ -151,7 +151,7 @@ class SimulatedProcess {
 Status run_process_robot_sim(Plant& plant, const SimulatedSetup& setup, const ProcessSimOptions& options,
                              const JobControl& control) {
   never_wait(STDIN_FILENO);
-  return SimulatedProcess(plant, setup.model.name, setup.pictures.has_value(), options, control).run();
+  return SimulatedProcess(plant, setup.model.name, setup.images.has_value(), options, control).run();
 }
 
 }  // namespace waymark

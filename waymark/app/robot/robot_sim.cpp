@@ -71,7 +71,7 @@ struct Speaker {
   }
 
   Status operator()(const MbotSimOptions& options) const {
-    if (setup.pictures)
+    if (setup.images)
       return fail(ErrorCode::InvalidArgument, "an MBot sends tag poses over LCM, not images",
                   {.key = "images"}, "Omit `images`.");
     if (Status alone = no_mbot_at(options.address); !alone) return alone;
@@ -100,7 +100,7 @@ Status fit_to_wire(const SimWire& wire, SimulatedSetup& setup) {
   if (!std::holds_alternative<GazeboSimOptions>(wire)) return {};
   constexpr double kNever_s = 1e6;  // Gazebo's diff drive keeps the last command forever
   setup.robot.watchdog_s = kNever_s;
-  if (setup.pictures) return {};
+  if (setup.images) return {};
   return fail(ErrorCode::InvalidArgument, "Gazebo's topics carry images, not tag corners", {.key = "gazebo"},
               "Add `images`.");
 }

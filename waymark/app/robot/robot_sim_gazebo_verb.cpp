@@ -5,7 +5,7 @@ namespace waymark::cli {
 namespace {
 
 struct GazeboSimArgs {
-  explicit GazeboSimArgs(CLI::App& verb) : flags(verb, PlantFlag::Shown, Pictures::Always) {
+  explicit GazeboSimArgs(CLI::App& verb) : flags(verb, PlantFlag::Shown, Images::Always) {
     add_fields(verb, options);
   }
 

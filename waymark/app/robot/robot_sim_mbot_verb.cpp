@@ -5,7 +5,7 @@ namespace waymark::cli {
 namespace {
 
 struct MbotSimArgs {
-  explicit MbotSimArgs(CLI::App& verb) : flags(verb, PlantFlag::Shown, Pictures::Never) {
+  explicit MbotSimArgs(CLI::App& verb) : flags(verb, PlantFlag::Shown, Images::Never) {
     add_fields(verb, options);
   }
 

@@ -11,9 +11,9 @@ namespace {
 
 using ::testing::HasSubstr;
 
-RobotSetup setup_with(bool pictures) {
+RobotSetup setup_with(bool images) {
   RobotSetup setup = load_setup("circuit24", "", 3).value();
-  if (pictures) setup.simulated.pictures = DetectingCameraOptions{};
+  if (images) setup.simulated.images = DetectingCameraOptions{};
   return setup;
 }
 

@@ -23,7 +23,7 @@ namespace {
 
 constexpr const char* kOpticalFrame = "camera_color_optical_frame";
 constexpr TopicQos kSensors{.reliable = true, .depth = 10};
-constexpr TopicQos kPictures{.reliable = true, .depth = 5, .large = true};
+constexpr TopicQos kImages{.reliable = true, .depth = 5, .large = true};
 constexpr TopicQos kFixed{.reliable = true, .transient_local = true, .depth = 1};
 
 class Ros2RobotSim {
@@ -140,7 +140,7 @@ class Ros2RobotSim {
     ros2::Image message = ros2::to_ros(frame);
     message.header.frame_id = kOpticalFrame;
     Status status = publish_camera_info(frame.stamp);
-    return status ? publish("/camera/color/image_raw", message, kPictures) : status;
+    return status ? publish("/camera/color/image_raw", message, kImages) : status;
   }
   template <class Other>
   Status publish_item(const Other& /*has no topic*/) {

@@ -27,15 +27,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The board drawn by write_board_pictures(); the command in kPieces contains the same values.
+/// The board drawn by write_board_images(); the command in kPieces contains the same values.
 constexpr int kSampleBoardColumns = 6;
 constexpr int kSampleBoardRows = 5;
 constexpr double kSampleBoardTag_m = 0.03;
-/// Size of the tags drawn by write_tag_pictures().
+/// Size of the tags drawn by write_tag_images().
 constexpr double kSampleTag_m = 0.16;
 
-constexpr int kTagPictures = 6;
-constexpr int kBoardPictures = 15;
+constexpr int kTagImages = 6;
+constexpr int kBoardImages = 15;
 
 /// A 640 x 480 webcam with barrel distortion.
 Result<CameraModel> sample_lens() {
@@ -65,7 +65,7 @@ nlohmann::ordered_json to_json(const TagTruth& truth) {
 }
 
 /// Three tags side by side, at different distances and orientations.
-PhotographScene three_tags(int picture, Random& random) {
+PhotographScene three_tags(int image, Random& random) {
   PhotographScene scene;
   for (int place = 0; place < 3; ++place) {
     const double away_m = random.uniform(1.1, 2.2);
@@ -75,33 +75,33 @@ PhotographScene three_tags(int picture, Random& random) {
     const double up_m = random.uniform(-0.15, 0.15) * away_m;
     const SE3 cam_T_tag(SO3::from_rpy(nod_rad, turn_rad, roll_rad),
                         {0.3 * (place - 1) * away_m, up_m, away_m});
-    scene.tags.push_back({{FamilyId::Tag36h11, 3 * picture + place}, cam_T_tag, kSampleTag_m});
+    scene.tags.push_back({{FamilyId::Tag36h11, 3 * image + place}, cam_T_tag, kSampleTag_m});
   }
   return scene;
 }
 
 /// The board at various angles and distances, in all parts of the image.
-SE3 cam_T_board_of(int picture, Random& random) {
-  const double about = 2 * std::numbers::pi * picture * 4 / kBoardPictures;
-  const double tilt_rad = picture % 5 == 0 ? 0.05 : 0.55;
+SE3 cam_T_board_of(int image, Random& random) {
+  const double about = 2 * std::numbers::pi * image * 4 / kBoardImages;
+  const double tilt_rad = image % 5 == 0 ? 0.05 : 0.55;
   const double roll_rad = random.uniform(-0.3, 0.3);
   const double away_m = random.uniform(0.27, 0.45);
   const SO3 tilted = SO3::exp({tilt_rad * std::cos(about), tilt_rad * std::sin(about), roll_rad});
-  return {tilted, {0.16 * away_m * std::cos(1.7 * picture), 0.12 * away_m * std::sin(1.7 * picture), away_m}};
+  return {tilted, {0.16 * away_m * std::cos(1.7 * image), 0.12 * away_m * std::sin(1.7 * image), away_m}};
 }
 
 /// Writes six images with three tags each, 1.png to 6.png, and the camera model, camera.yaml. The file
 /// truth.json contains the tags in each image with their corners [px] and their poses in the camera frame [m,
 /// quaternion x y z w].
-Status write_tag_pictures(const fs::path& folder, std::uint64_t seed) {
+Status write_tag_images(const fs::path& folder, std::uint64_t seed) {
   const Result<CameraModel> lens = sample_lens();
   if (!lens) return tl::unexpected(lens.error());
   Random random(seed);
   nlohmann::ordered_json truths = nlohmann::ordered_json::object();
-  for (int picture = 0; picture < kTagPictures; ++picture) {
-    const auto taken = photograph(*lens, three_tags(picture, random), {}, random);
+  for (int image = 0; image < kTagImages; ++image) {
+    const auto taken = photograph(*lens, three_tags(image, random), {}, random);
     if (!taken) return tl::unexpected(taken.error());
-    const std::string name = fmt::format("{}.png", picture + 1);
+    const std::string name = fmt::format("{}.png", image + 1);
     for (const TagTruth& truth : taken->tags) truths[name].push_back(to_json(truth));
     if (Status written = write_image(folder / name, taken->image); !written) return written;
   }
@@ -110,7 +110,7 @@ Status write_tag_pictures(const fs::path& folder, std::uint64_t seed) {
 }
 
 /// Writes fifteen images of a board with 6 x 5 tags, 01.png to 15.png, using the camera model in camera.yaml.
-Status write_board_pictures(const fs::path& folder, std::uint64_t seed) {
+Status write_board_images(const fs::path& folder, std::uint64_t seed) {
   const Result<CameraModel> lens = sample_lens();
   const Result<CalibrationTarget> target = CalibrationTarget::make(
       {.columns = kSampleBoardColumns, .rows = kSampleBoardRows, .tag_size_m = kSampleBoardTag_m});
@@ -121,14 +121,14 @@ Status write_board_pictures(const fs::path& folder, std::uint64_t seed) {
   for (const auto& [tag, mapped] : board.tags)
     middle += mapped.map_T_tag.translation() / static_cast<double>(board.tags.size());
   Random random(seed);
-  for (int picture = 0; picture < kBoardPictures; ++picture) {
-    const SE3 cam_T_board = cam_T_board_of(picture, random) * SE3(SO3(), -middle);
+  for (int image = 0; image < kBoardImages; ++image) {
+    const SE3 cam_T_board = cam_T_board_of(image, random) * SE3(SO3(), -middle);
     PhotographScene scene;
     for (const auto& [tag, mapped] : board.tags)
       scene.tags.push_back({tag, cam_T_board * mapped.map_T_tag, mapped.size_m, 0.3});
     const auto taken = photograph(*lens, scene, {}, random);
     if (!taken) return tl::unexpected(taken.error());
-    if (Status written = write_image(folder / fmt::format("{:02}.png", picture + 1), taken->image); !written)
+    if (Status written = write_image(folder / fmt::format("{:02}.png", image + 1), taken->image); !written)
       return written;
   }
   return write_lens(folder, *lens);
@@ -153,8 +153,8 @@ constexpr std::array kPieces = {
           "0.6, "
           "gyro bias, slow motors, camera latency 80 ms",
           "waymark localize other.mcap map=map output=estimate.mcap"},
-    Piece{"pictures", "six images of three tags of 0.16 m each, with ground truth and camera model",
-          "waymark detect pictures camera=pictures/camera.yaml tag_size_m=0.16"},
+    Piece{"images", "six images of three tags of 0.16 m each, with ground truth and camera model",
+          "waymark detect images camera=images/camera.yaml tag_size_m=0.16"},
     Piece{"calibration", "fifteen images of a board with the camera model of calibration/camera.yaml",
           "waymark calibrate camera calibration cols=6 rows=5 tag_size_m=0.03 output=calibration.yaml"}};
 
@@ -199,9 +199,9 @@ Status write_all(const SamplesJob& job, const fs::path& folder, const JobControl
   const auto map = map_recording({.lap = (folder / "lap.mcap").string(), .folder = folder / "map"}, control);
   if (!map) return tl::unexpected(map.error());
   status = taught(other_physics(*setup), folder / "other.mcap", control);
-  if (status) status = write_tag_pictures(folder / "pictures", job.seed);
+  if (status) status = write_tag_images(folder / "images", job.seed);
   if (status) status = control.go_on();
-  if (status) status = write_board_pictures(folder / "calibration", job.seed);
+  if (status) status = write_board_images(folder / "calibration", job.seed);
   if (status) status = control.go_on();
   return status ? write_text_file(folder / "README.txt", readme_of(job.seed, control)) : status;
 }
@@ -245,7 +245,7 @@ Result<SamplesReport> write_samples(const SamplesJob& job, const JobControl& con
   if (Status free = check_place(draft); !free) return tl::unexpected(free.error());
   const Draft removed(draft);
   std::error_code error;
-  for (const char* name : {"pictures", "calibration"})
+  for (const char* name : {"images", "calibration"})
     if (!error) fs::create_directories(draft / name, error);
   if (error) return tl::unexpected(unwritable(target, error).error());
   if (Status written = write_all(job, draft, control); !written) return tl::unexpected(written.error());

@@ -30,7 +30,7 @@ struct SamplesReport {
       files{};  ///< written files and folders, relative to the folder, in the order of README.txt
 };
 
-/// Writes a taught lap (lap.mcap), its map (map/), images of tags (pictures/) and of a calibration board
+/// Writes a taught lap (lap.mcap), its map (map/), images of tags (images/) and of a calibration board
 /// (calibration/), all with ground truth, and README.txt. Also writes a lap of the same robot with wheels,
 /// motors, gyro and camera that differ from its robot file (other.mcap). Writes either everything or nothing.
 /// The same seed produces the same files, except for the run times in map/summary.json.

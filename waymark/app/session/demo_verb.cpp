@@ -53,12 +53,12 @@ ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, RobotSetup& set
 
 ExitCode demo(const DemoArgs& args, Console& console) {
   DemoJob job = args.job;
-  std::optional<DetectingCameraOptions> pictures;
+  std::optional<DetectingCameraOptions> scene_camera;
   Status usable = args.options.apply(job.replay);  // report errors before files are read
-  if (usable) usable = args.scene.apply(job.images, pictures);
+  if (usable) usable = args.scene.apply(job.images, scene_camera);
   Result<RobotSetup> setup = usable ? args.setup.make() : tl::unexpected(usable.error());
   if (!setup) return fail_usage(setup.error(), console);
-  setup->simulated.pictures = pictures;
+  setup->simulated.images = scene_camera;
   if (args.live.view || args.live.ros2) return watched_demo(args, job, *setup, console);
   if (job.images)
     setup->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));

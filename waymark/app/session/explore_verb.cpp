@@ -9,7 +9,7 @@ struct ExploreArgs {
   explicit ExploreArgs(CLI::App& app)
       : settings(app),
         setup(app, "academy-house"),
-        pictures(settings, Reach::SettingsOnly),
+        images(settings, Reach::SettingsOnly),
         explore(settings, "explore", "Wandering"),
         filter(settings, "filter", "Localisation") {
     add_fields(app, job);
@@ -19,7 +19,7 @@ struct ExploreArgs {
 
   Settings settings;
   SetupFlags setup;
-  PictureFlags pictures;
+  ImageFlags images;
   OptionFlags<ExploreOptions> explore;
   OptionFlags<RiekfOptions> filter;
   ExploreJob job{};
@@ -32,7 +32,7 @@ ExitCode explore(const ExploreArgs& args, Console& console) {
   if (status) status = args.explore.apply(job.explore);
   if (status) status = args.filter.apply(job.filter);
   if (!status) return fail_usage(status.error(), console);
-  Result<RobotSetup> setup = args.pictures.apply(args.setup.make());
+  Result<RobotSetup> setup = args.images.apply(args.setup.make());
   if (!setup) return fail_usage(setup.error(), console);
   const Result<ExploreReport> report = explore_world(std::move(*setup), job, control_from(console));
   if (!report) return fail_with(report.error(), console);

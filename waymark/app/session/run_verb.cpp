@@ -36,9 +36,9 @@ struct RunArgs : RunRequest {
 Result<RobotSetup> make_setup(const RunArgs& args) {
   Result<RobotSetup> made = args.setup.make();
   if (!made) return made;
-  std::optional<DetectingCameraOptions> pictures;  // images from the robot's own process
+  std::optional<DetectingCameraOptions> scene_camera;  // images from the robot's own process
   Status status = check_effects(args, *made, args.live.view, given_on(args.settings.app()));
-  if (status) status = args.scene.apply(args.images, pictures);
+  if (status) status = args.scene.apply(args.images, scene_camera);
   // A script can run at any speed. A person who drives or watches needs a fixed real-time factor.
   const SimulatedTime time{.lockstep = args.job.driver == "scripted" || args.live.view,
                            .pace = args.live.view ? args.pace : 0};

@@ -25,10 +25,9 @@ std::string making_yaml(const SimulatedSetup& setup, const TeachJob& job, const 
   std::string yaml =
       "driver:\n" +
       (job.driver == "scripted" ? write_fields(driver, 2) : fmt::format("  speed_m_s: {}\n", job.speed_m_s));
-  if (setup.pictures)
-    yaml += "camera:\n" + write_fields(setup.pictures->camera, 2) + "scene:\n" +
-            write_fields(setup.pictures->scene, 2) + "detector:\n" +
-            write_fields(setup.pictures->detector, 2);
+  if (setup.images)
+    yaml += "camera:\n" + write_fields(setup.images->camera, 2) + "scene:\n" +
+            write_fields(setup.images->scene, 2) + "detector:\n" + write_fields(setup.images->detector, 2);
   return yaml;
 }
 
@@ -71,9 +70,9 @@ std::string truth_topic(const std::string& camera) {
 }
 
 /// The exact corners of all tags that are completely visible.
-TagFrame true_corners(const SeenPicture& seen) {
+TagFrame true_corners(const SeenImage& seen) {
   TagFrame frame{.stamp = seen.found.stamp, .camera = seen.found.camera};
-  for (const SceneTagTruth& tag : seen.picture.tags) {
+  for (const SceneTagTruth& tag : seen.frame.tags) {
     if (std::ranges::count(tag.corner_visible, true) < 4) continue;
     frame.detections.push_back({.tag = tag.tag, .hamming = 0, .corners_px = tag.corners_px});
   }
@@ -82,12 +81,12 @@ TagFrame true_corners(const SeenPicture& seen) {
 
 /// Records a rendered image and its ground truth; the tags detected in it are recorded as a sample of the
 /// lap.
-Status record_rendered(const SeenPicture& seen, const std::string& images, SampleRecorder& recorder) {
+Status record_rendered(const SeenImage& seen, const std::string& images, SampleRecorder& recorder) {
   Status status = recorder.add_message(truth_topic(seen.found.camera), seen.found.stamp,
                                        ros2::to_ros(true_corners(seen)));
   if (!status || images.empty()) return status;
-  return record_picture({.stamp = seen.found.stamp, .camera = seen.found.camera, .image = seen.picture.image},
-                        images, recorder);
+  return record_image({.stamp = seen.found.stamp, .camera = seen.found.camera, .image = seen.frame.image},
+                      images, recorder);
 }
 
 TeachReport report_of(const TeachJob& job, const LapMonitor& lap, const LapEnd& end, const Stopwatch& watch) {
@@ -120,7 +119,7 @@ Result<TeachReport> teach_simulated(const RobotSetup& setup, const TeachJob& job
   TeachSession session(*who->driver, lap_of(simulated, lap_listener(*recorder, job.images, control)));
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) { return session.receive(sample); };
-  listener.on_picture = [&](const SeenPicture& seen) { return record_rendered(seen, job.images, *recorder); };
+  listener.on_image = [&](const SeenImage& seen) { return record_rendered(seen, job.images, *recorder); };
   listener.should_stop = control.cancelled;
   if (const std::string usage = who->driver->usage(); !usage.empty()) control.note(usage);
   const auto end = drive(simulated, *who, session, listener);
@@ -184,7 +183,7 @@ Status check_teach(const TeachJob& job, const RobotSetup& setup) {
     return fail(ErrorCode::InvalidArgument,
                 "only the scripted driver of a simulated robot alternates between two speeds",
                 {.key = "second_speed_m_s"}, "Omit `second_speed_m_s` and drive at two speeds by hand.");
-  return check_recorded_images(setup.may_have_pictures(), job.images);
+  return check_recorded_images(setup.may_have_images(), job.images);
 }
 
 Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job, const JobControl& control) {
@@ -203,15 +202,15 @@ Status check_effects(const TeachJob& job, const RobotSetup& setup, const GivenFi
 TeachListener lap_listener(SampleRecorder& recorder, const std::string& images, const JobControl& control) {
   return {.on_sample =
               [&recorder, images](const Sample& sample) {
-                const auto* picture = std::get_if<CameraFrame>(&sample);
-                return picture != nullptr ? record_picture(*picture, images, recorder) : recorder.add(sample);
+                const auto* image = std::get_if<CameraFrame>(&sample);
+                return image != nullptr ? record_image(*image, images, recorder) : recorder.add(sample);
               },
           .on_progress = [&control](const std::string& line) { control.progress({.text = line}); },
           .on_message = [&control](const std::string& words) { control.note(words); }};
 }
 
 LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener) {
-  const auto exposure_ms = setup.pictures ? std::optional(setup.pictures->camera.exposure_ms) : std::nullopt;
+  const auto exposure_ms = setup.images ? std::optional(setup.images->camera.exposure_ms) : std::nullopt;
   return {teach_setup(setup), monitor_options(setup.camera, exposure_ms), std::move(listener)};
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 struct TeachArgs {
   explicit TeachArgs(CLI::App& verb)
-      : settings(verb), setup(verb, {}, true), pictures(settings, Reach::SettingsOnly) {
+      : settings(verb), setup(verb, {}, true), images(settings, Reach::SettingsOnly) {
     add_fields(verb, live);
     add_fields(verb, job);
     verb.get_option("--output")->transform(recording_name());
@@ -23,7 +23,7 @@ struct TeachArgs {
 
   Settings settings;
   SetupFlags setup;
-  PictureFlags pictures;
+  ImageFlags images;
   TeachJob job{};
   LoneAnchor anchor{};
   ViewerOptions live{};
@@ -32,7 +32,7 @@ struct TeachArgs {
 
 Result<RobotSetup> make_setup(const TeachArgs& args) {
   if (Status valid = check_lap_driver(args.job.driver); !valid) return tl::unexpected(valid.error());
-  Result<RobotSetup> made = args.pictures.apply(args.setup.make());
+  Result<RobotSetup> made = args.images.apply(args.setup.make());
   if (!made) return made;
   if (Status placed = place_lone_anchor(*made, args.anchor); !placed) return tl::unexpected(placed.error());
   return made;

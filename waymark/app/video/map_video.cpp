@@ -317,7 +317,7 @@ Status check(const MapVideoJob& job) {
 Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame> frames,
                                  const JobControl& control) {
   if (Status sound = check(job); !sound) return tl::unexpected(sound.error());
-  MapVideoReport report{.pictures = frames.size()};
+  MapVideoReport report{.images = frames.size()};
   const std::map<TagId, int> count = count_tags(frames);
   if (count.empty()) return fail(ErrorCode::NotFound, "the frames contain no tag detections");
   const Result<VideoAnchors> anchors = internal::video_anchors(job, count);
@@ -419,8 +419,8 @@ ReportFields fields(const MeasuredResidual& distance) {
 
 ReportFields fields(const MapVideoReport& report) {
   return {
-      {"pictures", "Number of images in the videos", report.pictures},
-      {"pictures_with_pose", "Number of images with a camera pose", report.trajectory.size()},
+      {"images", "Number of images in the videos", report.images},
+      {"images_with_pose", "Number of images with a camera pose", report.trajectory.size()},
       {"anchor", "Anchor tag", to_string(report.file.anchor)},
       {"tags", "One entry per tag in the map", tags_of(report.file)},
       {"beside_prior", "With `prior`: one entry per tag in both maps that is not an exact anchor",
@@ -430,7 +430,7 @@ ReportFields fields(const MapVideoReport& report) {
       {"noise_px", "Standard deviation of a corner coordinate", report.map.noise_px},
       {"reprojection_mean_px", "Mean reprojection error of the corners in use",
        report.map.reprojection_mean_px},
-      {"correlated_pictures", "Successive images that count as one, as corner errors are correlated",
+      {"correlated_images", "Successive images that count as one, as corner errors are correlated",
        report.map.correlated_frames},
       {"corner_chi2_per_dof",
        "Chi-square of corners per degree of freedom; 1 if the detector's covariances are consistent",
@@ -450,7 +450,7 @@ ReportFields fields(const MapVideoReport& report) {
 std::string to_text(const MapVideoReport& report, const std::string& folder) {
   std::string text =
       fmt::format("{}: {} from {} ({} with a pose)\n", folder, counted(report.file.tags.tags.size(), "tag"),
-                  counted(report.pictures, "image"), report.trajectory.size());
+                  counted(report.images, "image"), report.trajectory.size());
   text += fmt::format(
       "reprojection error {:.2f} px (mean), noise {:.2f} px; {:.1f} successive images count as one\n",
       report.map.reprojection_mean_px, report.map.noise_px, report.map.correlated_frames);

@@ -130,7 +130,7 @@ struct MapVideoReport {
   SceneMap map{};
   MapFile file{};           ///< content of map.yaml
   Trajectory trajectory{};  ///< the camera poses (map_T_camera)
-  std::size_t pictures = 0;
+  std::size_t images = 0;
   /// Chi-square of the corner residuals per degree of freedom, computed with the detector's covariances over
   /// images with several tags. It is 1 if these covariances are consistent.
   double corner_chi2_per_dof = 0;

@@ -69,9 +69,9 @@ class Walk : public ::testing::Test {
       for (const auto& [id, tag] : truth_.tags)
         scene.tags.push_back(
             {.tag = id, .cam_T_tag = hand_at(k, images).inverse() * tag.map_T_tag, .size_m = tag.size_m});
-      const auto picture = photograph(camera, scene, {}, random);
-      ASSERT_TRUE(picture) << to_string(picture.error());
-      ASSERT_TRUE(writer->add(picture->image.view(), SensorTime(std::chrono::milliseconds(66 * k))));
+      const auto photo = photograph(camera, scene, {}, random);
+      ASSERT_TRUE(photo) << to_string(photo.error());
+      ASSERT_TRUE(writer->add(photo->image.view(), SensorTime(std::chrono::milliseconds(66 * k))));
     }
     ASSERT_TRUE(writer->close());
   }
@@ -96,7 +96,7 @@ TEST_F(Walk, TagErrorsAreConsistentWithTheirCovariances) {
   job_.prior = truth_;
   const auto report = map_video(job_, finder_, {});
   ASSERT_TRUE(report) << to_string(report.error());
-  EXPECT_EQ(report->pictures, static_cast<std::size_t>(kImages));
+  EXPECT_EQ(report->images, static_cast<std::size_t>(kImages));
   EXPECT_EQ(report->file.tags.tags.size(), truth_.tags.size());
   ASSERT_EQ(report->beside.size(), truth_.tags.size() - 1);
   double square = 0;
@@ -157,7 +157,7 @@ TEST_F(Walk, RecordingOfTheVideoGivesTheSameMap) {
   job_.folder = at("again");
   const auto of_recording = map_video(job_, finder_, {});
   ASSERT_TRUE(of_recording) << to_string(of_recording.error());
-  EXPECT_EQ(of_recording->pictures, of_video->pictures);
+  EXPECT_EQ(of_recording->images, of_video->images);
   ASSERT_EQ(of_recording->file.tags.tags.size(), of_video->file.tags.tags.size());
   for (const auto& [id, tag] : of_recording->file.tags.tags)
     EXPECT_LT((of_video->file.tags.tags.at(id).map_T_tag.inverse() * tag.map_T_tag).log().norm(), 1e-6)

@@ -60,27 +60,27 @@ struct FramedImage {
   int frame_px = 0;
 };
 
-FramedImage add_frame(const Image& picture) {
+FramedImage add_frame(const Image& image) {
   constexpr int kSide_px = 400;
-  const int shorter = std::min(picture.width(), picture.height());
+  const int shorter = std::min(image.width(), image.height());
   const int times = std::max(1, (kSide_px + shorter - 1) / shorter);
-  const int frame = std::max(picture.width(), picture.height()) * times / 4;
-  FramedImage made{Image(picture.width() * times + 2 * frame, picture.height() * times + 2 * frame, 255),
-                   times, frame};
-  for (int y = 0; y < picture.height() * times; ++y)
-    for (int x = 0; x < picture.width() * times; ++x)
-      made.image.row(y + frame)[x + frame] = picture.row(y / times)[x / times];
+  const int frame = std::max(image.width(), image.height()) * times / 4;
+  FramedImage made{Image(image.width() * times + 2 * frame, image.height() * times + 2 * frame, 255), times,
+                   frame};
+  for (int y = 0; y < image.height() * times; ++y)
+    for (int x = 0; x < image.width() * times; ++x)
+      made.image.row(y + frame)[x + frame] = image.row(y / times)[x / times];
   return made;
 }
 
-double margin_of(const TagDetection& found, const FramedImage& picture) {
+double margin_of(const TagDetection& found, const FramedImage& photo) {
   const Family& layout = family(found.tag.family);
   const auto side_px = (found.corners_px[1] - found.corners_px[0]).norm();
   double least_px = 1e9;
   for (const Eigen::Vector2d& corner : found.corners_px) {
-    const Eigen::Vector2d in = corner - Eigen::Vector2d::Constant(picture.frame_px);
-    const double width = picture.image.width() - 2.0 * picture.frame_px;
-    const double height = picture.image.height() - 2.0 * picture.frame_px;
+    const Eigen::Vector2d in = corner - Eigen::Vector2d::Constant(photo.frame_px);
+    const double width = photo.image.width() - 2.0 * photo.frame_px;
+    const double height = photo.image.height() - 2.0 * photo.frame_px;
     least_px = std::min({least_px, in.x(), in.y(), width - in.x(), height - in.y()});
   }
   const double cell_px = side_px / layout.width_at_border;
@@ -88,9 +88,9 @@ double margin_of(const TagDetection& found, const FramedImage& picture) {
 }
 
 Result<std::vector<TextureTag>> tags_in(const std::string& file, const TagFinder& finder) {
-  const Result<Image> picture = read_image(file);
-  if (!picture) return tl::unexpected(picture.error());
-  const FramedImage large = add_frame(*picture);
+  const Result<Image> image = read_image(file);
+  if (!image) return tl::unexpected(image.error());
+  const FramedImage large = add_frame(*image);
   const Result<FoundTags> found = find_tags(large.image, finder, nullptr);
   if (!found) return tl::unexpected(found.error());
   std::vector<TextureTag> tags;
@@ -99,7 +99,7 @@ Result<std::vector<TextureTag>> tags_in(const std::string& file, const TagFinder
     std::ranges::transform(
         detection.corners_px, tag.uv.begin(), [&](const Eigen::Vector2d& px) -> Eigen::Vector2d {
           const Eigen::Vector2d in = (px - Eigen::Vector2d::Constant(large.frame_px)) / large.enlarged;
-          return {in.x() / picture->width(), in.y() / picture->height()};
+          return {in.x() / image->width(), in.y() / image->height()};
         });
     tags.push_back(tag);
   }

@@ -8,7 +8,7 @@ namespace {
 
 struct SimulateArgs {
   explicit SimulateArgs(CLI::App& app)
-      : settings(app), setup(app, "circuit24"), pictures(settings, Reach::Flags) {
+      : settings(app), setup(app, "circuit24"), images(settings, Reach::Flags) {
     add_fields(app, job);
     app.get_option("--output")->transform(recording_name());
     app.add_flag("--json", json, "Print one JSON object instead of text");
@@ -16,13 +16,13 @@ struct SimulateArgs {
 
   Settings settings;
   SetupFlags setup;
-  PictureFlags pictures;
+  ImageFlags images;
   SimulateLikeJob job{};
   bool json = false;
 };
 
 ExitCode simulate(const SimulateArgs& args, Console& console) {
-  Result<RobotSetup> setup = args.pictures.apply(args.setup.make());
+  Result<RobotSetup> setup = args.images.apply(args.setup.make());
   if (!setup) return fail_usage(setup.error(), console);
   const Result<RecordingProfile> like = profile_of(args.job.like, silent(control_from(console)));
   if (!like) return fail_with(like.error(), console);

@@ -151,12 +151,12 @@ Result<Remaining> read_remaining(const WorldFromRecordingJob& job, const std::ve
   const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
     if (Status wanted = control.go_on(); !wanted) return wanted;
     if (const auto* command = std::get_if<StampedCommand>(&sample)) rest.commands.push_back(*command);
-    const auto* picture = std::get_if<CameraFrame>(&sample);
-    if (picture == nullptr) return {};
-    const auto frame = std::ranges::lower_bound(frames, picture->stamp, {}, &TagFrame::stamp);
+    const auto* taken = std::get_if<CameraFrame>(&sample);
+    if (taken == nullptr) return {};
+    const auto frame = std::ranges::lower_bound(frames, taken->stamp, {}, &TagFrame::stamp);
     if (frame == frames.begin() || frame == frames.end() || std::next(frame) == frames.end()) return {};
-    if (frame->stamp != picture->stamp || frame->camera != picture->camera) return {};
-    const auto some = edge_blurs(picture->image, *std::prev(frame), *frame, *std::next(frame));
+    if (frame->stamp != taken->stamp || frame->camera != taken->camera) return {};
+    const auto some = edge_blurs(taken->image, *std::prev(frame), *frame, *std::next(frame));
     rest.edges.insert(rest.edges.end(), some.begin(), some.end());
     return {};
   });

@@ -23,8 +23,8 @@ std::unique_ptr<GstreamerCamera> open(const std::string& pipeline) {
 }
 
 /// All images up to the end of the pipeline.
-std::vector<CameraFrame> all_pictures(GstreamerCamera& camera) {
-  std::vector<CameraFrame> pictures;
+std::vector<CameraFrame> all_images(GstreamerCamera& camera) {
+  std::vector<CameraFrame> images;
   while (!camera.ended()) {
     auto event = camera.next(std::chrono::milliseconds(500));
     if (!event) {
@@ -33,9 +33,9 @@ std::vector<CameraFrame> all_pictures(GstreamerCamera& camera) {
     }
     if (!*event) continue;
     if (auto* sample = std::get_if<Sample>(&**event))
-      pictures.push_back(std::get<CameraFrame>(std::move(*sample)));
+      images.push_back(std::get<CameraFrame>(std::move(*sample)));
   }
-  return pictures;
+  return images;
 }
 
 /// The images are 30 px wide, so that GStreamer pads the rows.
@@ -44,21 +44,21 @@ TEST(GstreamerCameraThreads, DeliversTheImagesOfAFile) {
   constexpr int kStride = 32;
   const auto path = std::filesystem::temp_directory_path() / ("gst_" + std::to_string(getpid()));
   std::ofstream file(path, std::ios::binary);
-  for (int picture = 0; picture < 10; ++picture)
-    for (int i = 0; i < kStride * kHeight; ++i) file.put(static_cast<char>(60 + picture + i % kStride));
+  for (int image = 0; image < 10; ++image)
+    for (int i = 0; i < kStride * kHeight; ++i) file.put(static_cast<char>(60 + image + i % kStride));
   file.close();
   auto camera = open("filesrc location=" + path.string() +
                      " ! rawvideoparse width=30 height=20 format=gray8 framerate=50/1");
   ASSERT_NE(camera, nullptr);
-  const auto pictures = all_pictures(*camera);
+  const auto images = all_images(*camera);
   std::filesystem::remove(path);
-  ASSERT_GE(pictures.size(), 3U);  // a busy computer may deliver only the newest ones
+  ASSERT_GE(images.size(), 3U);  // a busy computer may deliver only the newest ones
   EXPECT_THAT(camera->description(), HasSubstr("30 x 20 px"));
-  for (const CameraFrame& picture : pictures) {
-    const int first = picture.image.view().at(0, 0);
-    EXPECT_EQ(picture.image.view().at(7, 11), first + 7);
-    const double due_s = 0.02 * (first - pictures.front().image.view().at(0, 0));
-    EXPECT_NEAR(to_seconds(picture.stamp - pictures.front().stamp), due_s, 2e-3);
+  for (const CameraFrame& frame : images) {
+    const int first = frame.image.view().at(0, 0);
+    EXPECT_EQ(frame.image.view().at(7, 11), first + 7);
+    const double due_s = 0.02 * (first - images.front().image.view().at(0, 0));
+    EXPECT_NEAR(to_seconds(frame.stamp - images.front().stamp), due_s, 2e-3);
   }
 }
 
@@ -67,12 +67,12 @@ TEST(GstreamerCameraThreads, StampsALiveSourceByTheSteadyClock) {
       open("videotestsrc is-live=true num-buffers=10 ! video/x-raw,width=64,height=48,framerate=30/1");
   ASSERT_NE(camera, nullptr);
   const auto before = std::chrono::steady_clock::now().time_since_epoch();
-  const auto pictures = all_pictures(*camera);
+  const auto images = all_images(*camera);
   const auto after = std::chrono::steady_clock::now().time_since_epoch();
-  ASSERT_GE(pictures.size(), 3U);
-  for (const CameraFrame& picture : pictures) {
-    EXPECT_GT(picture.stamp.time_since_epoch(), before - std::chrono::milliseconds(500));
-    EXPECT_LT(picture.stamp.time_since_epoch(), after);
+  ASSERT_GE(images.size(), 3U);
+  for (const CameraFrame& frame : images) {
+    EXPECT_GT(frame.stamp.time_since_epoch(), before - std::chrono::milliseconds(500));
+    EXPECT_LT(frame.stamp.time_since_epoch(), after);
   }
 }
 

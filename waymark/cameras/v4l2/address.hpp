@@ -7,7 +7,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
-#include "waymark/cameras/v4l2/pictures.hpp"
+#include "waymark/cameras/v4l2/images.hpp"
 
 namespace waymark {
 

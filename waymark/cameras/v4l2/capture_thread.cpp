@@ -194,7 +194,7 @@ CaptureThread::CaptureThread(std::shared_ptr<CaptureStream> stream, V4l2Options 
     : options_(std::move(options)),
       by_id_(std::move(by_id)),
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-      last_picture_(steady_now()),
+      last_image_(steady_now()),
       stream_(std::move(stream)),
       thread_([this] { run(); }) {}
 
@@ -232,7 +232,7 @@ void CaptureThread::capture(CaptureStream& stream) {
     if (!*filled) break;
     put(**filled);
   }
-  if (!silent_ && steady_now() - last_picture_ > kSilence) {
+  if (!silent_ && steady_now() - last_image_ > kSilence) {
     silent_ = true;
     report("no image from the camera for two seconds: check its cable");
   }
@@ -240,15 +240,15 @@ void CaptureThread::capture(CaptureStream& stream) {
 
 void CaptureThread::put(const FilledBuffer& buffer) {
   const Duration now = steady_now();
-  last_picture_ = now;
+  last_image_ = now;
   if (std::exchange(silent_, false)) report("the camera delivers images again");
   const std::uint32_t missing = sequence_ ? buffer.sequence - *sequence_ - 1 : 0;
   sequence_ = buffer.sequence;
-  std::optional<TakenPicture> replaced;
+  std::optional<TakenImage> replaced;
   {
     const std::scoped_lock hold(mutex_);
     if (missing < 0x80000000U) counts_.lost += missing;  // otherwise the driver restarted its numbers
-    replaced = std::exchange(newest_, TakenPicture{stream_, buffer, now, exposure_});
+    replaced = std::exchange(newest_, TakenImage{stream_, buffer, now, exposure_});
     if (replaced) ++counts_.dropped;
   }
   if (replaced) replaced->stream->give_back(replaced->buffer.index);
@@ -289,7 +289,7 @@ void CaptureThread::find_again() {
       ended_ = stream.error();
     ask_exposure_ = true;
   }
-  last_picture_ = steady_now();
+  last_image_ = steady_now();
   changed_.notify_all();
 }
 
@@ -313,7 +313,7 @@ void CaptureThread::report(std::string text) {
   changed_.notify_all();
 }
 
-std::optional<TakenPicture> CaptureThread::take(Duration timeout) {
+std::optional<TakenImage> CaptureThread::take(Duration timeout) {
   std::unique_lock hold(mutex_);
   changed_.wait_for(hold, timeout, [this] { return newest_ || !reports_.empty() || ended_; });
   if (!reports_.empty()) return std::nullopt;

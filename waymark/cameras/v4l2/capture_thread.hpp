@@ -14,7 +14,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
 #include "waymark/cameras/v4l2/address.hpp"
-#include "waymark/cameras/v4l2/pictures.hpp"
+#include "waymark/cameras/v4l2/images.hpp"
 #include "waymark/robots/watchdog/pipes.hpp"
 #include "waymark/samples/live_camera.hpp"
 
@@ -75,7 +75,7 @@ class CaptureStream {
 
 /// The newest image of a stream, still in the driver's memory. Shares ownership of the stream until its
 /// buffer is returned.
-struct TakenPicture {
+struct TakenImage {
   std::shared_ptr<CaptureStream> stream{};
   FilledBuffer buffer{};
   Duration arrived{};  ///< on the steady clock
@@ -92,7 +92,7 @@ class CaptureThread {
 
   /// Waits for an image, a report, or the end of the stream. The caller must return the image's buffer with
   /// give_back().
-  [[nodiscard]] std::optional<TakenPicture> take(Duration timeout);
+  [[nodiscard]] std::optional<TakenImage> take(Duration timeout);
   [[nodiscard]] std::optional<std::string> take_reports();
   [[nodiscard]] bool more() const;
   /// The error that ended the stream; empty while the stream is running.
@@ -116,7 +116,7 @@ class CaptureThread {
   std::string by_id_;
   Descriptor wake_;
   Duration lost_at_{};
-  Duration last_picture_{};
+  Duration last_image_{};
   Duration exposure_asked_{};
   std::optional<std::uint32_t> sequence_{};
   bool silent_ = false;
@@ -124,7 +124,7 @@ class CaptureThread {
   mutable std::mutex mutex_;  ///< guards all members below
   std::condition_variable changed_;
   std::shared_ptr<CaptureStream> stream_;
-  std::optional<TakenPicture> newest_{};
+  std::optional<TakenImage> newest_{};
   std::deque<std::string> reports_{};
   std::optional<Error> ended_{};
   std::optional<Duration> exposure_{};

@@ -13,7 +13,7 @@
 #include "waymark/cameras/v4l2/controls.hpp"
 #include "waymark/cameras/v4l2/device.hpp"
 #include "waymark/cameras/v4l2/device_list.hpp"
-#include "waymark/cameras/v4l2/pictures.hpp"
+#include "waymark/cameras/v4l2/images.hpp"
 
 namespace waymark {
 namespace {
@@ -64,14 +64,14 @@ struct V4l2Camera::Impl {
     reports.push_back(fmt::format("skipped {}: {}", counted(damaged_unreported, "damaged image"), why));
     damaged_unreported = 0;
   }
-  std::optional<CameraFrame> convert(const internal::TakenPicture& picture);
+  std::optional<CameraFrame> convert(const internal::TakenImage& captured);
   [[nodiscard]] std::optional<std::string> next_report();
 
   V4l2Options options;
   std::string about;
   internal::CaptureThread thread;
-  internal::PictureStamps stamps{};
-  internal::PictureFaults faults{};
+  internal::ImageStamps stamps{};
+  internal::ImageFaults faults{};
   std::deque<std::string> reports{};
   std::optional<std::pair<std::uint32_t, std::optional<Duration>>>
       taken{};  ///< number and stamp of the previous image
@@ -82,19 +82,20 @@ struct V4l2Camera::Impl {
   std::optional<Duration> damaged_reported{};
 };
 
-std::optional<CameraFrame> V4l2Camera::Impl::convert(const internal::TakenPicture& picture) {
-  const internal::FilledBuffer& buffer = picture.buffer;
+std::optional<CameraFrame> V4l2Camera::Impl::convert(const internal::TakenImage& captured) {
+  const internal::FilledBuffer& buffer = captured.buffer;
   const bool counted =
       !taken || (buffer.sequence != taken->first && (!buffer.stamp || buffer.stamp > taken->second));
   taken = {buffer.sequence, buffer.stamp};
-  const auto stamped = stamps.add(buffer.stamp, buffer.start_of_exposure, picture.exposure, picture.arrived);
+  const auto stamped =
+      stamps.add(buffer.stamp, buffer.start_of_exposure, captured.exposure, captured.arrived);
   Result<Image> image =
       buffer.damaged ? Result<Image>(fail(ErrorCode::Unreadable, "reported as incomplete by the driver"))
-                     : to_grey(buffer.bytes, picture.stream->layout());
-  picture.stream->give_back(buffer.index);
+                     : to_grey(buffer.bytes, captured.stream->layout());
+  captured.stream->give_back(buffer.index);
   report_if(stamps.take_reports());
   if (!image) {
-    note_damaged(image.error().message, picture.arrived);
+    note_damaged(image.error().message, captured.arrived);
     return std::nullopt;
   }
   report_if(faults.add(*image, stamped.stamp, counted));
@@ -127,9 +128,9 @@ Result<std::optional<RobotEvent>> V4l2Camera::next(Duration timeout) {
   const Duration deadline = steady_now() + timeout;
   while (true) {
     if (auto report = impl_->next_report()) return std::optional<RobotEvent>(RobotText{std::move(*report)});
-    const auto picture = impl_->thread.take(std::max(Duration(0), deadline - steady_now()));
-    if (picture) {
-      auto frame = impl_->convert(*picture);
+    const auto captured = impl_->thread.take(std::max(Duration(0), deadline - steady_now()));
+    if (captured) {
+      auto frame = impl_->convert(*captured);
       if (frame) return std::optional<RobotEvent>(Sample(std::move(*frame)));
     } else if (const auto why = impl_->thread.ended()) {
       return tl::unexpected(*why);

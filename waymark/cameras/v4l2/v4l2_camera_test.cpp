@@ -45,8 +45,8 @@ std::unique_ptr<V4l2Camera> open(V4l2Options options = {}) {
 }
 
 /// Returns the next image and appends the messages before it to `reports`.
-std::optional<CameraFrame> next_picture(V4l2Camera& camera, std::vector<std::string>* reports = nullptr,
-                                        Duration timeout = milliseconds(2000)) {
+std::optional<CameraFrame> next_image(V4l2Camera& camera, std::vector<std::string>* reports = nullptr,
+                                      Duration timeout = milliseconds(2000)) {
   const auto deadline = std::chrono::steady_clock::now() + timeout;
   while (std::chrono::steady_clock::now() < deadline) {
     auto event = camera.next(milliseconds(200));
@@ -58,9 +58,9 @@ std::optional<CameraFrame> next_picture(V4l2Camera& camera, std::vector<std::str
   return std::nullopt;
 }
 
-std::string all_reports(V4l2Camera& camera, int pictures) {
+std::string all_reports(V4l2Camera& camera, int images) {
   std::vector<std::string> reports;
-  for (int i = 0; i < pictures; ++i) (void)next_picture(camera, &reports);
+  for (int i = 0; i < images; ++i) (void)next_image(camera, &reports);
   return std::accumulate(reports.begin(), reports.end(), std::string(),
                          [](const std::string& all, const std::string& one) { return all + one + "\n"; });
 }
@@ -72,24 +72,23 @@ TEST(V4l2CameraThreads, DeliversImagesInOrderWithStampsAtTheMiddleOfTheExposure)
   ASSERT_NE(camera, nullptr);
   EXPECT_THAT(camera->description(), HasSubstr("Fake camera, 64 x 48 px, GREY, 50 Hz"));
   std::vector<std::string> reports;
-  const auto first = next_picture(*camera, &reports);
+  const auto first = next_image(*camera, &reports);
   ASSERT_TRUE(first);
   EXPECT_THAT(reports, ElementsAre(HasSubstr("white_balance_k, exposure_ms")));
   testing::expect_on_page("cameras", reports.front());
   SensorTime last = first->stamp;
   for (int i = 1; i < 20; ++i) {
-    const auto picture = next_picture(*camera);
-    ASSERT_TRUE(picture);
-    const int steps = picture->image.view().at(3, 5) - first->image.view().at(3, 5);
+    const auto photo = next_image(*camera);
+    ASSERT_TRUE(photo);
+    const int steps = photo->image.view().at(3, 5) - first->image.view().at(3, 5);
     // Images are 20 ms apart by the driver's stamps, not by their arrival.
-    EXPECT_NEAR(to_seconds(picture->stamp - first->stamp), 0.02 * steps, 2e-5);
-    EXPECT_GT(picture->stamp, last);
-    last = picture->stamp;
+    EXPECT_NEAR(to_seconds(photo->stamp - first->stamp), 0.02 * steps, 2e-5);
+    EXPECT_GT(photo->stamp, last);
+    last = photo->stamp;
   }
   // The exposure starts 20 ms before the arrival and lasts 10 ms, so its middle is 15 ms before the arrival.
-  const auto picture = next_picture(*camera);
-  const Duration age =
-      std::chrono::steady_clock::now().time_since_epoch() - picture->stamp.time_since_epoch();
+  const auto photo = next_image(*camera);
+  const Duration age = std::chrono::steady_clock::now().time_since_epoch() - photo->stamp.time_since_epoch();
   EXPECT_GT(to_seconds(age), 0.0149);
   EXPECT_LT(to_seconds(age), 0.1);
 }
@@ -113,31 +112,30 @@ TEST(V4l2CameraThreads, ASlowReaderGetsTheNewestImage) {
   fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
   auto camera = open();
   ASSERT_NE(camera, nullptr);
-  ASSERT_TRUE(next_picture(*camera));
+  ASSERT_TRUE(next_image(*camera));
   std::this_thread::sleep_for(milliseconds(300));
-  const auto picture = next_picture(*camera);
-  ASSERT_TRUE(picture);
-  const Duration age =
-      std::chrono::steady_clock::now().time_since_epoch() - picture->stamp.time_since_epoch();
+  const auto image = next_image(*camera);
+  ASSERT_TRUE(image);
+  const Duration age = std::chrono::steady_clock::now().time_since_epoch() - image->stamp.time_since_epoch();
   EXPECT_LT(to_seconds(age), 0.06);  // a queue of six images would lag by 200 ms
   EXPECT_GE(camera->counts().dropped, 20U);
   EXPECT_EQ(camera->counts().lost, 0U);
 }
 
 TEST(V4l2CameraThreads, EveryFormatGivesTheSameGrey) {
-  Image picture(kWidth, kHeight);
+  Image image(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) picture.row(y)[x] = static_cast<std::uint8_t>(40 + 2 * x + y);
+    for (int x = 0; x < kWidth; ++x) image.row(y)[x] = static_cast<std::uint8_t>(40 + 2 * x + y);
   std::vector<std::uint8_t> yuyv, uyvy, nv12;
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      yuyv.insert(yuyv.end(), {picture.row(y)[x], 7});
-      uyvy.insert(uyvy.end(), {9, picture.row(y)[x]});
-      nv12.push_back(picture.row(y)[x]);
+      yuyv.insert(yuyv.end(), {image.row(y)[x], 7});
+      uyvy.insert(uyvy.end(), {9, image.row(y)[x]});
+      nv12.push_back(image.row(y)[x]);
     }
   }
   nv12.resize(nv12.size() * 3 / 2, 128);
-  const auto jpeg = encode_jpeg(picture, 100);
+  const auto jpeg = encode_jpeg(image, 100);
   ASSERT_TRUE(jpeg);
   FakeCamera fake;
   fake.add_mode("YUYV", kWidth, kHeight, 100, yuyv);
@@ -148,12 +146,12 @@ TEST(V4l2CameraThreads, EveryFormatGivesTheSameGrey) {
        {PixelFormat::Yuyv, PixelFormat::Uyvy, PixelFormat::Nv12, PixelFormat::Mjpg}) {
     auto camera = open({.format = format});
     ASSERT_NE(camera, nullptr) << to_string(format);
-    const auto seen = next_picture(*camera);
+    const auto seen = next_image(*camera);
     ASSERT_TRUE(seen) << to_string(format);
     int worst = 0;
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x)
-        worst = std::max(worst, std::abs(seen->image.row(y)[x] - picture.row(y)[x]));
+        worst = std::max(worst, std::abs(seen->image.row(y)[x] - image.row(y)[x]));
     EXPECT_LE(worst, format == PixelFormat::Mjpg ? 2 : 0) << to_string(format);
   }
 }
@@ -163,15 +161,15 @@ TEST(V4l2CameraThreads, WaitsForAnUnpluggedCamera) {
   fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
   auto camera = open();
   ASSERT_NE(camera, nullptr);
-  ASSERT_TRUE(next_picture(*camera));
+  ASSERT_TRUE(next_image(*camera));
   fake.unplug();
   std::vector<std::string> reports;
-  EXPECT_FALSE(next_picture(*camera, &reports, milliseconds(400)));
+  EXPECT_FALSE(next_image(*camera, &reports, milliseconds(400)));
   EXPECT_THAT(reports, ElementsAre(HasSubstr("unplugged")));
   testing::expect_on_page("cameras", reports.front());
   fake.plug_in();
   reports.clear();
-  EXPECT_TRUE(next_picture(*camera, &reports));
+  EXPECT_TRUE(next_image(*camera, &reports));
   EXPECT_THAT(reports, ElementsAre(HasSubstr("/dev/video0")));
   testing::expect_on_page("cameras", reports.front());
 }
@@ -181,7 +179,7 @@ TEST(V4l2CameraThreads, FailsIfItStaysUnplugged) {
   fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
   auto camera = open({.reconnect_within = milliseconds(100)});
   ASSERT_NE(camera, nullptr);
-  ASSERT_TRUE(next_picture(*camera));
+  ASSERT_TRUE(next_image(*camera));
   fake.unplug();
   Result<std::optional<RobotEvent>> event = std::optional<RobotEvent>();
   for (int i = 0; i < 20 && event; ++i) event = camera->next(milliseconds(100));
@@ -219,10 +217,10 @@ TEST(V4l2CameraThreads, StampsAtArrivalIfDriverStampsAreInvalid) {
   EXPECT_THAT(all_reports(*camera, 10), HasSubstr("two seconds"));
   SensorTime last{};
   for (int i = 0; i < 10; ++i) {
-    const auto picture = next_picture(*camera);
-    ASSERT_TRUE(picture);
-    EXPECT_GT(picture->stamp, last);
-    last = picture->stamp;
+    const auto image = next_image(*camera);
+    ASSERT_TRUE(image);
+    EXPECT_GT(image->stamp, last);
+    last = image->stamp;
   }
   const Duration age = std::chrono::steady_clock::now().time_since_epoch() - last.time_since_epoch();
   EXPECT_LT(to_seconds(age), 0.2);
@@ -235,7 +233,7 @@ TEST(V4l2CameraThreads, ReportsASilentCamera) {
   auto camera = open();
   ASSERT_NE(camera, nullptr);
   std::vector<std::string> reports;
-  while (next_picture(*camera, &reports, milliseconds(2500))) {
+  while (next_image(*camera, &reports, milliseconds(2500))) {
   }
   ASSERT_FALSE(reports.empty());
   testing::expect_on_page("cameras", reports.back());

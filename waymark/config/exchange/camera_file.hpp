@@ -16,7 +16,7 @@ namespace waymark {
 
 /// The observations in one image of a calibration, and their reprojection errors.
 struct CameraObservation {
-  std::string picture{};
+  std::string image{};
   SE3 cam_T_target{};
   std::vector<Eigen::Vector3d> target_points_m{};
   std::vector<Eigen::Vector2d> seen_px{};    ///< one per target point; pixel centres at +1/2

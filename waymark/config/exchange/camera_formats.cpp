@@ -654,7 +654,7 @@ ordered_json to_json(const CameraObservation& seen) {
            {{"translation", point(seen.cam_T_target.translation())},
             {"rotation", {{"quaternion", {{"W", q.w()}, {"X", q.x()}, {"Y", q.y()}, {"Z", q.z()}}}}}}},
           {"cornersUsed", seen.used},
-          {"snapshotName", seen.picture}};
+          {"snapshotName", seen.image}};
 }
 
 }  // namespace

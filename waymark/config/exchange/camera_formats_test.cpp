@@ -185,7 +185,7 @@ TEST(OpencvYaml, ReportsMissingKeys) {
 }
 
 TEST(PhotonvisionJson, RoundTrips) {
-  const CameraObservation seen{.picture = "1.png",
+  const CameraObservation seen{.image = "1.png",
                                .cam_T_target = SE3({}, {0.1, 0, 1}),
                                .target_points_m = {{0, 0, 0}},
                                .seen_px = {{10.5, 20.5}},

@@ -49,9 +49,9 @@ std::vector<Lens> lenses() {
 }
 
 /// All 35 corners from twenty directions, close enough to fill a good part of the image.
-std::vector<TargetPicture> pictures(const CameraModel& camera, double focal_px, Random& random) {
+std::vector<TargetMarks> images(const CameraModel& camera, double focal_px, Random& random) {
   const auto places = board_corners(board());
-  std::vector<TargetPicture> all;
+  std::vector<TargetMarks> all;
   while (all.size() < kViews) {
     const double about = 2 * std::numbers::pi * static_cast<double>(all.size()) / kViews;
     const double tilt = random.uniform(0.3, 0.75);
@@ -85,10 +85,10 @@ Eigen::VectorXd parameters_of(const CameraModel::Projection& projection, LensMod
 }
 
 /// fx estimated by OpenCV from the same corners.
-double opencv_focal_px(const std::vector<TargetPicture>& views, LensModel lens) {
+double opencv_focal_px(const std::vector<TargetMarks>& views, LensModel lens) {
   std::vector<std::vector<cv::Point3f>> places;
   std::vector<std::vector<cv::Point2f>> pixels;
-  for (const TargetPicture& view : views) {
+  for (const TargetMarks& view : views) {
     auto& of_places = places.emplace_back();
     auto& of_pixels = pixels.emplace_back();
     for (const TargetMark& mark : view) {
@@ -129,7 +129,7 @@ TEST(CalibrationAccuracy, FocalLengthErrorIsBelow0_05PercentAndCovarianceIsConsi
     double nees = 0;
     for (int run = 0; run < runs; ++run) {
       Random random(static_cast<std::uint64_t>(1000 + run));
-      const auto views = pictures(camera, truth[0], random);
+      const auto views = images(camera, truth[0], random);
       const auto found = calibrate_camera(views, kWidth, kHeight, lens.model);
       ASSERT_TRUE(found) << lens.name << " run " << run << ": " << to_string(found.error());
       const Eigen::VectorXd error = found->parameters - truth;

@@ -31,7 +31,7 @@ struct Defect {
   std::function<Eigen::Vector3d(const Eigen::Vector2d& place_m)> place = [](const Eigen::Vector2d& p) {
     return Eigen::Vector3d(p.x(), p.y(), 0);
   };
-  std::function<Eigen::Vector2d(int picture, const Eigen::Vector2d& px)> seen =
+  std::function<Eigen::Vector2d(int image, const Eigen::Vector2d& px)> seen =
       [](int, const Eigen::Vector2d& px) { return px; };
   double max_tilt_deg = 40;
 };
@@ -45,7 +45,7 @@ std::vector<std::string> advice(const Defect& defect, std::uint64_t seed) {
   const CalibrationBoard board{.kind = BoardKind::Chessboard, .columns = 10, .rows = 7, .size_m = 0.03};
   const auto places = board_corners(board);
   Random random(seed);
-  std::vector<TargetPicture> pictures;
+  std::vector<TargetMarks> images;
   for (int i = 0; i < 16; ++i) {
     const double tilt = to_radians(defect.max_tilt_deg);
     const SO3 turn =
@@ -61,9 +61,9 @@ std::vector<std::string> advice(const Defect& defect, std::uint64_t seed) {
             {static_cast<int>(k),
              defect.seen(i, *px) + kNoisePx * Eigen::Vector2d(random.normal(), random.normal())});
     }
-    pictures.push_back(target_marks(corners, places));
+    images.push_back(target_marks(corners, places));
   }
-  const auto found = calibrate_camera(pictures, kWidth, kHeight, LensModel::Radtan4);
+  const auto found = calibrate_camera(images, kWidth, kHeight, LensModel::Radtan4);
   EXPECT_TRUE(found) << to_string(found.error());
   return found ? found->advice : std::vector<std::string>();
 }
@@ -105,9 +105,8 @@ TEST(CalibrationCauses, ReportsABentBoard) {
 
 TEST(CalibrationCauses, ReportsARollingShutter) {
   expect_cause({.seen =
-                    [](int picture, const Eigen::Vector2d& px) {
-                      const Eigen::Vector2d moved_px(3 * std::cos(2.4 * picture),
-                                                     3 * std::sin(2.4 * picture));
+                    [](int image, const Eigen::Vector2d& px) {
+                      const Eigen::Vector2d moved_px(3 * std::cos(2.4 * image), 3 * std::sin(2.4 * image));
                       return Eigen::Vector2d(px + (px.y() / kHeight - 0.5) * moved_px);
                     }},
                "shutter");
@@ -115,9 +114,9 @@ TEST(CalibrationCauses, ReportsARollingShutter) {
 
 TEST(CalibrationCauses, ReportsAFocusThatChangedHalfway) {
   expect_cause({.seen =
-                    [](int picture, const Eigen::Vector2d& px) {
+                    [](int image, const Eigen::Vector2d& px) {
                       const Eigen::Vector2d centre(326, 236);
-                      return Eigen::Vector2d(centre + (picture < 8 ? 1 : 1.03) * (px - centre));
+                      return Eigen::Vector2d(centre + (image < 8 ? 1 : 1.03) * (px - centre));
                     }},
                "focus");
 }

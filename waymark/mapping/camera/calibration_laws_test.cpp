@@ -28,16 +28,16 @@ CameraModel truth() {
 }
 
 /// Images of a board of 9 x 6 corners taken from all sides.
-std::vector<TargetPicture> pictures(std::uint64_t seed, double noise_px, std::size_t count = 12) {
+std::vector<TargetMarks> images(std::uint64_t seed, double noise_px, std::size_t count = 12) {
   Random random(seed);
-  std::vector<TargetPicture> all;
+  std::vector<TargetMarks> all;
   for (std::size_t i = 0; i < count; ++i) {
     const SO3 turn =
         SO3::exp({0.7 * random.uniform(-1, 1), 0.7 * random.uniform(-1, 1), random.uniform(-1, 1)});
     const double depth_m = random.uniform(0.25, 0.5);
     const SE3 cam_T_board(
         turn, {depth_m * random.uniform(-0.3, 0.3), depth_m * random.uniform(-0.2, 0.2), depth_m});
-    TargetPicture marks;
+    TargetMarks marks;
     for (int k = 0; k < 54; ++k) {
       const Eigen::Vector3d place(0.025 * (k % 9 - 4), 0.025 * (k / 9 - 2.5), 0);
       const auto px = truth().project(cam_T_board * place);
@@ -51,7 +51,7 @@ std::vector<TargetPicture> pictures(std::uint64_t seed, double noise_px, std::si
   return all;
 }
 
-CameraCalibration calibrated(const std::vector<TargetPicture>& views,
+CameraCalibration calibrated(const std::vector<TargetMarks>& views,
                              const CameraCalibrationOptions& options = {}) {
   auto found = calibrate_camera(views, kWidth, kHeight, LensModel::Radtan4, options);
   EXPECT_TRUE(found) << to_string(found.error());
@@ -66,11 +66,11 @@ double apart(const CameraCalibration& a, const CameraCalibration& b) {
       .maxCoeff();
 }
 
-TEST(CalibrationLaws, TheOrderOfPicturesAndMarksDoesNotMatter) {
-  const auto views = pictures(1, 0.1);
+TEST(CalibrationLaws, TheOrderOfImagesAndMarksDoesNotMatter) {
+  const auto views = images(1, 0.1);
   auto mixed = views;
   std::ranges::rotate(mixed, mixed.begin() + 5);
-  for (TargetPicture& view : mixed) std::ranges::reverse(view);
+  for (TargetMarks& view : mixed) std::ranges::reverse(view);
   const CameraCalibration a = calibrated(views);
   const CameraCalibration b = calibrated(mixed);
   EXPECT_LT(apart(a, b), 0.01);
@@ -80,9 +80,9 @@ TEST(CalibrationLaws, TheOrderOfPicturesAndMarksDoesNotMatter) {
 }
 
 TEST(CalibrationLaws, ALargerBoardScalesDistancesAndNotTheCamera) {
-  const auto views = pictures(2, 0.1);
+  const auto views = images(2, 0.1);
   auto large = views;
-  for (TargetPicture& view : large) {
+  for (TargetMarks& view : large) {
     for (TargetMark& mark : view) mark.target_points_m[0] *= 2;
   }
   const CameraCalibration a = calibrated(views);
@@ -95,10 +95,10 @@ TEST(CalibrationLaws, ALargerBoardScalesDistancesAndNotTheCamera) {
 }
 
 TEST(CalibrationLaws, TheOriginOfTheBoardDoesNotMatter) {
-  const auto views = pictures(3, 0.1);
+  const auto views = images(3, 0.1);
   auto moved = views;
   const SE3 by(SO3::exp({0, 0, 0.7}), {0.4, -0.3, 0});  // a motion within the target plane
-  for (TargetPicture& view : moved) {
+  for (TargetMarks& view : moved) {
     for (TargetMark& mark : view) mark.target_points_m[0] = by * mark.target_points_m[0];
   }
   const CameraCalibration a = calibrated(views);
@@ -109,8 +109,8 @@ TEST(CalibrationLaws, TheOriginOfTheBoardDoesNotMatter) {
 }
 
 TEST(CalibrationLaws, TheCovarianceIsPositiveDefiniteAndScalesWithTheNoise) {
-  const CameraCalibration fine = calibrated(pictures(4, 0.05));
-  const CameraCalibration rough = calibrated(pictures(4, 0.2));
+  const CameraCalibration fine = calibrated(images(4, 0.05));
+  const CameraCalibration rough = calibrated(images(4, 0.2));
   for (const CameraCalibration* found : {&fine, &rough}) {
     const Eigen::MatrixXd& P = found->covariance;
     ASSERT_EQ(P.rows(), found->parameters.size());
@@ -126,7 +126,7 @@ TEST(CalibrationLaws, TheCovarianceIsPositiveDefiniteAndScalesWithTheNoise) {
 }
 
 TEST(CalibrationLaws, TheAssumedNoiseDoesNotChangeTheResult) {
-  const auto views = pictures(5, 0.1);
+  const auto views = images(5, 0.1);
   const CameraCalibration a = calibrated(views);
   const CameraCalibration b = calibrated(views, {.corner_sigma_px = 0.4});
   EXPECT_LT(apart(a, b), 0.3);
@@ -135,7 +135,7 @@ TEST(CalibrationLaws, TheAssumedNoiseDoesNotChangeTheResult) {
 }
 
 TEST(CalibrationLaws, AnImageWithTooFewCornersIsUnusedAndKeepsItsIndex) {
-  auto views = pictures(6, 0.1);
+  auto views = images(6, 0.1);
   views[3].resize(7);
   const CameraCalibration found = calibrated(views);
   ASSERT_EQ(found.views.size(), views.size());
@@ -149,7 +149,7 @@ TEST(CalibrationLaws, AnImageWithTooFewCornersIsUnusedAndKeepsItsIndex) {
 }
 
 TEST(CalibrationLaws, RegionsAddUpToTheWholeImage) {
-  const CameraCalibration found = calibrated(pictures(7, 0.1));
+  const CameraCalibration found = calibrated(images(7, 0.1));
   std::size_t corners = 0;
   double squares = 0;
   for (const ImageRegion& region : found.regions) {
@@ -163,7 +163,7 @@ TEST(CalibrationLaws, RegionsAddUpToTheWholeImage) {
 }
 
 TEST(CalibrationLaws, TheWrittenCalibrationEqualsTheResult) {
-  const CameraCalibration found = calibrated(pictures(8, 0.1));
+  const CameraCalibration found = calibrated(images(8, 0.1));
   const Calibration written = to_calibration(found);
   ASSERT_TRUE(written.camera);
   const Eigen::Vector3d p(0.1, -0.05, 1);
@@ -179,10 +179,10 @@ TEST(CalibrationLaws, TheWrittenCalibrationEqualsTheResult) {
 }
 
 TEST(CalibrationLaws, OptionsOutOfRangeAreReported) {
-  const auto found = calibrate_camera(pictures(9, 0.1), kWidth, kHeight, LensModel::Radtan4, {.folds = 1});
+  const auto found = calibrate_camera(images(9, 0.1), kWidth, kHeight, LensModel::Radtan4, {.folds = 1});
   ASSERT_FALSE(found);
   EXPECT_THAT(found.error().place.key, HasSubstr("folds"));
-  EXPECT_FALSE(calibrate_camera(pictures(9, 0.1), 0, kHeight, LensModel::Radtan4))
+  EXPECT_FALSE(calibrate_camera(images(9, 0.1), 0, kHeight, LensModel::Radtan4))
       << "an image cannot have zero width";
 }
 

@@ -134,15 +134,14 @@ RoughPose rough_pose(const std::vector<TagDetection>& detections, const TagMap& 
 
 }  // namespace
 
-PoseStart start_from_tags(const std::vector<std::vector<TagDetection>>& pictures, const TagMap& target) {
-  return [&](std::size_t picture, const ParametricCamera& camera) {
-    return rough_pose(pictures[picture], target, camera.camera);
+PoseStart start_from_tags(const std::vector<std::vector<TagDetection>>& images, const TagMap& target) {
+  return [&](std::size_t image, const ParametricCamera& camera) {
+    return rough_pose(images[image], target, camera.camera);
   };
 }
 
 PoseStart start_from_plane(const std::vector<TargetView>& views) {
-  return
-      [&](std::size_t picture, const ParametricCamera& camera) { return rough_pose(views[picture], camera); };
+  return [&](std::size_t image, const ParametricCamera& camera) { return rough_pose(views[image], camera); };
 }
 
 bool usable(const TargetView& view) {

@@ -26,11 +26,11 @@ struct ParametricCamera {
 };
 
 /// Function that estimates the camera pose for an image.
-using PoseStart = std::function<RoughPose(std::size_t picture, const ParametricCamera& camera)>;
+using PoseStart = std::function<RoughPose(std::size_t image, const ParametricCamera& camera)>;
 
-/// Estimates the pose from the tags in an image, some of which may be wrong. `pictures` and `target` must
+/// Estimates the pose from the tags in an image, some of which may be wrong. `images` and `target` must
 /// outlive the result.
-[[nodiscard]] PoseStart start_from_tags(const std::vector<std::vector<TagDetection>>& pictures,
+[[nodiscard]] PoseStart start_from_tags(const std::vector<std::vector<TagDetection>>& images,
                                         const TagMap& target);
 /// Estimates the pose from all points in an image of a flat target (z = 0), using their homography (Zhang,
 /// section 3.1). The better of this pose and its reflection about the line of sight is used. `views` must

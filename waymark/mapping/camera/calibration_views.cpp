@@ -40,7 +40,7 @@ std::optional<double> width_at(const ImageView& image, const Eigen::Vector2d& px
   return (brightest - darkest) / (steepest * std::sqrt(2 * std::numbers::pi));
 }
 
-std::size_t corners_of(const TargetPicture& marks) {
+std::size_t corners_of(const TargetMarks& marks) {
   std::size_t corners = 0;
   for (const TargetMark& mark : marks) corners += mark.seen_px.size();
   return corners;
@@ -66,7 +66,7 @@ std::string_view to_string(CaptureVerdict verdict) {
   return "";
 }
 
-std::optional<double> edge_width_px(const ImageView& image, const TargetPicture& marks) {
+std::optional<double> edge_width_px(const ImageView& image, const TargetMarks& marks) {
   std::vector<double> widths;
   for (const TargetMark& mark : marks)
     for (const Eigen::Vector2d& px : mark.seen_px)
@@ -75,7 +75,7 @@ std::optional<double> edge_width_px(const ImageView& image, const TargetPicture&
   return median(std::move(widths));
 }
 
-bool ViewCapture::still(SensorTime stamp, const TargetPicture& marks) {
+bool ViewCapture::still(SensorTime stamp, const TargetMarks& marks) {
   constexpr int kMinStillImages = 2;
   const double dt_s = std::max(to_seconds(stamp - last_stamp_), 1e-6);
   const bool slow = !last_.empty() && apart_px(last_, marks) <= options_.still_px_s * dt_s;
@@ -85,13 +85,13 @@ bool ViewCapture::still(SensorTime stamp, const TargetPicture& marks) {
   return still_times_ >= kMinStillImages;
 }
 
-CaptureVerdict ViewCapture::take(SensorTime stamp, const ImageView& image, const TargetPicture& marks) {
+CaptureVerdict ViewCapture::take(SensorTime stamp, const ImageView& image, const TargetMarks& marks) {
   const bool is_still = still(stamp, marks);
   if (marks.empty()) return CaptureVerdict::NoTarget;
   if (corners_of(marks) < static_cast<std::size_t>(options_.fewest_corners)) return CaptureVerdict::TooFew;
   const double far_px = options_.new_share * std::hypot(image.width, image.height);
   const bool is_new =
-      std::ranges::all_of(views_, [&](const TargetPicture& view) { return apart_px(view, marks) > far_px; });
+      std::ranges::all_of(views_, [&](const TargetMarks& view) { return apart_px(view, marks) > far_px; });
   if (!is_new) return CaptureVerdict::Known;
   if (!is_still) return CaptureVerdict::Moving;
   const auto width = edge_width_px(image, marks);
@@ -144,7 +144,7 @@ BoardTilt board_tilt(const SE3& target_T_cam, double min_tilt_deg) {
   return normal.y() < 0 ? BoardTilt::UpperNearer : BoardTilt::LowerNearer;
 }
 
-std::array<int, 9> corners_by_part(const TargetPicture& marks, int width_px, int height_px) {
+std::array<int, 9> corners_by_part(const TargetMarks& marks, int width_px, int height_px) {
   std::array<int, 9> corners{};
   for (const TargetMark& mark : marks)
     for (const Eigen::Vector2d& px : mark.seen_px)
@@ -152,7 +152,7 @@ std::array<int, 9> corners_by_part(const TargetPicture& marks, int width_px, int
   return corners;
 }
 
-void add_view(ViewCoverage& coverage, const TargetPicture& marks, const SE3& target_T_cam, int width_px,
+void add_view(ViewCoverage& coverage, const TargetMarks& marks, const SE3& target_T_cam, int width_px,
               int height_px) {
   ++coverage.views;
   ++count_of(coverage, board_tilt(target_T_cam));

@@ -51,7 +51,7 @@ enum class CaptureVerdict : std::uint8_t { NoTarget, TooFew, Moving, Blurred, Kn
 /// Edge width at the corners [px]. It is the standard deviation of a blur that results in the same steepest
 /// slope relative to the local contrast; the median over the corners is returned. Empty if no corner lies
 /// within the image. O(corners).
-[[nodiscard]] std::optional<double> edge_width_px(const ImageView& image, const TargetPicture& marks);
+[[nodiscard]] std::optional<double> edge_width_px(const ImageView& image, const TargetMarks& marks);
 
 /// Selects images from a stream that are sharp, that show the board at rest, and that differ from all earlier
 /// views. The board counts as at rest after two successive images without motion.
@@ -61,16 +61,16 @@ class ViewCapture {
 
   /// Decides whether to use the next image of the stream; an image with the verdict New is added to the
   /// views. O(views * marks).
-  [[nodiscard]] CaptureVerdict take(SensorTime stamp, const ImageView& image, const TargetPicture& marks);
+  [[nodiscard]] CaptureVerdict take(SensorTime stamp, const ImageView& image, const TargetMarks& marks);
   /// Adds a view from an earlier run.
-  void add(TargetPicture marks) { views_.push_back(std::move(marks)); }
+  void add(TargetMarks marks) { views_.push_back(std::move(marks)); }
 
  private:
-  [[nodiscard]] bool still(SensorTime stamp, const TargetPicture& marks);
+  [[nodiscard]] bool still(SensorTime stamp, const TargetMarks& marks);
 
   CaptureOptions options_;
-  std::vector<TargetPicture> views_{};
-  TargetPicture last_{};
+  std::vector<TargetMarks> views_{};
+  TargetMarks last_{};
   SensorTime last_stamp_{};
   int still_times_ = 0;
 };
@@ -91,9 +91,9 @@ struct ViewCoverage {
 };
 
 /// Number of corners in each ninth of the image, row by row from the top left.
-[[nodiscard]] std::array<int, 9> corners_by_part(const TargetPicture& marks, int width_px, int height_px);
+[[nodiscard]] std::array<int, 9> corners_by_part(const TargetMarks& marks, int width_px, int height_px);
 
-void add_view(ViewCoverage& coverage, const TargetPicture& marks, const SE3& target_T_cam, int width_px,
+void add_view(ViewCoverage& coverage, const TargetMarks& marks, const SE3& target_T_cam, int width_px,
               int height_px);
 
 struct CoverageOptions {

@@ -49,8 +49,8 @@ TEST(BoardTilt, IsTheNearerEdge) {
 }
 
 /// A grid of corners with the given pitch, whose upper left corner is at (x_px, y_px).
-TargetPicture grid(double x_px, double y_px, double pitch_px = 12) {
-  TargetPicture marks;
+TargetMarks grid(double x_px, double y_px, double pitch_px = 12) {
+  TargetMarks marks;
   for (int i = 0; i < 30; ++i)
     marks.push_back({.key = i,
                      .target_points_m = {{0.01 * (i % 6), 0.01 * (i / 6), 0}},
@@ -118,7 +118,7 @@ TEST(EdgeWidth, IsTheBlurOfTheImage) {
 struct Stream {
   ViewCapture capture{};
   int k = 0;
-  CaptureVerdict show(const TargetPicture& marks, const Image& image) {
+  CaptureVerdict show(const TargetMarks& marks, const Image& image) {
     return capture.take(SensorTime(std::chrono::milliseconds(33 * k++)), image, marks);
   }
 };
@@ -143,7 +143,7 @@ TEST(ViewCapture, RejectsBlurredOrSparseImages) {
   Stream stream;
   for (int i = 0; i < 5; ++i) EXPECT_NE(stream.show(grid(40, 40), squares(4)), CaptureVerdict::New);
   EXPECT_EQ(stream.show(grid(40, 40), squares(4)), CaptureVerdict::Blurred);
-  TargetPicture few = grid(40, 40);
+  TargetMarks few = grid(40, 40);
   few.resize(10);
   EXPECT_EQ(stream.show(few, squares(1)), CaptureVerdict::TooFew);
 }

@@ -31,11 +31,11 @@ using internal::view_mark;
 using internal::ViewMark;
 constexpr std::size_t kMinUsableViews = 3;
 
-Result<std::vector<TargetView>> views_of(const std::vector<TargetPicture>& pictures, double corner_sigma_px) {
+Result<std::vector<TargetView>> views_of(const std::vector<TargetMarks>& images, double corner_sigma_px) {
   std::vector<TargetView> views;
-  for (const TargetPicture& picture : pictures) {
+  for (const TargetMarks& image : images) {
     TargetView view;
-    for (const TargetMark& mark : picture) {
+    for (const TargetMark& mark : image) {
       auto seen = view_mark(mark, corner_sigma_px);
       if (!seen) return tl::unexpected(seen.error());
       view.marks.push_back(*std::move(seen));
@@ -253,27 +253,27 @@ Result<CameraCalibration> calibrate(const Search& search, std::optional<LensMode
 
 }  // namespace
 
-Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDetection>>& pictures,
+Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDetection>>& images,
                                            const TagMap& target, int width_px, int height_px,
                                            std::optional<LensModel> lens,
                                            const CameraCalibrationOptions& options) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
-  std::vector<TargetPicture> marks;
-  marks.reserve(pictures.size());
-  for (const auto& detections : pictures) marks.push_back(target_marks(detections, target));
+  std::vector<TargetMarks> marks;
+  marks.reserve(images.size());
+  for (const auto& detections : images) marks.push_back(target_marks(detections, target));
   auto views = views_of(marks, options.corner_sigma_px);
   if (!views) return tl::unexpected(views.error());
-  return calibrate({.start = internal::start_from_tags(pictures, target),
+  return calibrate({.start = internal::start_from_tags(images, target),
                     .fit = {.width_px = width_px, .height_px = height_px},
                     .views = *std::move(views)},
                    lens, options);
 }
 
-Result<CameraCalibration> calibrate_camera(const std::vector<TargetPicture>& pictures, int width_px,
+Result<CameraCalibration> calibrate_camera(const std::vector<TargetMarks>& images, int width_px,
                                            int height_px, std::optional<LensModel> lens,
                                            const CameraCalibrationOptions& options) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
-  const auto views = views_of(pictures, options.corner_sigma_px);
+  const auto views = views_of(images, options.corner_sigma_px);
   if (!views) return tl::unexpected(views.error());
   return calibrate({.start = internal::start_from_plane(*views),
                     .fit = {.width_px = width_px, .height_px = height_px},

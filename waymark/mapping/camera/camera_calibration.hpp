@@ -90,16 +90,16 @@ struct CameraCalibration {
 /// image is also predicted once by a fit that excludes it. Without `lens`, selects the lens model with the
 /// fewest parameters among those with nearly the smallest cross-validation error. Fails (InvalidArgument)
 /// with fewer than three usable images, with images taken from one side only (focal length and distance are
-/// then indistinguishable), or if the fit does not converge. O(pictures * tags * parameters * iterations).
-[[nodiscard]] Result<CameraCalibration> calibrate_camera(
-    const std::vector<std::vector<TagDetection>>& pictures, const TagMap& target, int width_px, int height_px,
-    std::optional<LensModel> lens = {}, const CameraCalibrationOptions& options = {});
+/// then indistinguishable), or if the fit does not converge. O(images * tags * parameters * iterations).
+[[nodiscard]] Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDetection>>& images,
+                                                         const TagMap& target, int width_px, int height_px,
+                                                         std::optional<LensModel> lens = {},
+                                                         const CameraCalibrationOptions& options = {});
 
 /// Does the same for any flat target (all points at z = 0), such as the corners of a board. An image with
 /// fewer than eight points is not usable.
-[[nodiscard]] Result<CameraCalibration> calibrate_camera(const std::vector<TargetPicture>& pictures,
-                                                         int width_px, int height_px,
-                                                         std::optional<LensModel> lens = {},
+[[nodiscard]] Result<CameraCalibration> calibrate_camera(const std::vector<TargetMarks>& images, int width_px,
+                                                         int height_px, std::optional<LensModel> lens = {},
                                                          const CameraCalibrationOptions& options = {});
 
 /// The calibration as written to calibration.yaml.

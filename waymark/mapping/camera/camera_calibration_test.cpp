@@ -30,8 +30,8 @@ TagMap board() {
 }
 
 /// Images from all sides with corner noise; tags that are not entirely in the image are not detected.
-std::vector<std::vector<TagDetection>> pictures(const CameraModel& camera, Random& random, double sigma_px,
-                                                int count, double max_tilt_deg) {
+std::vector<std::vector<TagDetection>> images(const CameraModel& camera, Random& random, double sigma_px,
+                                              int count, double max_tilt_deg) {
   std::vector<std::vector<TagDetection>> all;
   for (int i = 0; i < count; ++i) {
     const SO3 tilt = SO3::exp({to_radians(max_tilt_deg) * random.uniform(-1, 1),
@@ -92,8 +92,7 @@ double mean_nees(const CameraModel& camera, LensModel lens, int seeds) {
   double sum = 0;
   for (int seed = 0; seed < seeds; ++seed) {
     Random random(static_cast<std::uint64_t>(seed));
-    const auto found =
-        calibrate_camera(pictures(camera, random, 0.1, 10, 40), board(), kWidth, kHeight, lens);
+    const auto found = calibrate_camera(images(camera, random, 0.1, 10, 40), board(), kWidth, kHeight, lens);
     EXPECT_TRUE(found) << seed << ": " << to_string(found.error());
     if (!found) return 0;
     const Eigen::VectorXd error = found->parameters - truth_of(camera, lens);
@@ -115,7 +114,7 @@ TEST(CameraCalibration, EstimatesLensesWithConsistentCovariance) {
 TEST(CameraCalibration, SelectsTheLensByCrossValidation) {
   Random random(3);
   const auto found =
-      calibrate_camera(pictures(webcam(), random, 0.1, 15, 40), board(), kWidth, kHeight).value();
+      calibrate_camera(images(webcam(), random, 0.1, 15, 40), board(), kWidth, kHeight).value();
   EXPECT_EQ(found.lens, LensModel::Radtan4);
   EXPECT_NEAR(found.held_out_rms_px, 0.1 * std::sqrt(2), 0.01);
   EXPECT_NEAR(found.noise_scale, 1, 0.05);
@@ -127,7 +126,7 @@ TEST(CameraCalibration, SelectsTheLensByCrossValidation) {
 
 TEST(CameraCalibration, SelectsAmongTheGivenLenses) {
   Random random(3);
-  const auto seen = pictures(fisheye(), random, 0.1, 15, 40);
+  const auto seen = images(fisheye(), random, 0.1, 15, 40);
   const auto any = calibrate_camera(seen, board(), kWidth, kHeight).value();
   EXPECT_EQ(any.lens, LensModel::Equidistant);
   EXPECT_EQ(any.trials.size(), lens_models().size());
@@ -142,7 +141,7 @@ TEST(CameraCalibration, SelectsAmongTheGivenLenses) {
 
 TEST(CameraCalibration, ExcludesTagsWithSwappedIds) {
   Random random(4);
-  auto views = pictures(webcam(), random, 0.1, 12, 40);
+  auto views = images(webcam(), random, 0.1, 12, 40);
   std::swap(views[2][3].tag, views[2][4].tag);
   for (Eigen::Vector2d& corner : views[5][0].corners_px) corner += Eigen::Vector2d(3, -2);
   const auto found = calibrate_camera(views, board(), kWidth, kHeight, LensModel::Radtan4).value();
@@ -157,11 +156,11 @@ TEST(CameraCalibration, AdvisesOnMissingImages) {
   const auto straight =
       CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236}, kWidth, kHeight);
   const auto frontal =
-      calibrate_camera(pictures(*straight, random, 0.1, 6, 3), board(), kWidth, kHeight, LensModel::None);
+      calibrate_camera(images(*straight, random, 0.1, 6, 3), board(), kWidth, kHeight, LensModel::None);
   ASSERT_TRUE(frontal) << to_string(frontal.error());
   EXPECT_THAT(frontal->advice, testing::Contains(testing::HasSubstr("6 usable")));
   EXPECT_THAT(frontal->advice, testing::Contains(testing::HasSubstr("20 degrees")));
-  auto left = pictures(webcam(), random, 0.1, 12, 40);
+  auto left = images(webcam(), random, 0.1, 12, 40);
   for (auto& view : left)
     std::erase_if(view, [](const TagDetection& d) { return d.corners_px[1].x() > 0.6 * kWidth; });
   const auto one_sided = calibrate_camera(left, board(), kWidth, kHeight, LensModel::Radtan4);
@@ -175,8 +174,8 @@ TEST(CameraCalibration, UndeterminedCoefficientsHaveAPositiveVariance) {
       kHeight);
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     Random random(seed);
-    const auto found = calibrate_camera(pictures(*mild, random, 0.05, 8, 15), board(), kWidth, kHeight,
-                                        LensModel::Rational8);
+    const auto found =
+        calibrate_camera(images(*mild, random, 0.05, 8, 15), board(), kWidth, kHeight, LensModel::Rational8);
     if (!found) continue;  // an error is a valid result as well
     EXPECT_GT(found->covariance.diagonal().minCoeff(), 0) << "seed " << seed;
     EXPECT_GT(found->covariance.ldlt().vectorD().minCoeff(), 0) << "seed " << seed;
@@ -185,14 +184,14 @@ TEST(CameraCalibration, UndeterminedCoefficientsHaveAPositiveVariance) {
 
 TEST(CameraCalibration, RejectsUninformativeInput) {
   Random random(6);
-  const auto views = pictures(webcam(), random, 0.1, 12, 40);
+  const auto views = images(webcam(), random, 0.1, 12, 40);
   EXPECT_FALSE(calibrate_camera({}, board(), kWidth, kHeight));
   EXPECT_FALSE(calibrate_camera({views[0], views[1]}, board(), kWidth, kHeight));
   EXPECT_FALSE(calibrate_camera(views, {}, kWidth, kHeight));
   auto broken = views;
   broken[0][0].corners_px[2].x() = std::nan("");
   EXPECT_FALSE(calibrate_camera(broken, board(), kWidth, kHeight));
-  std::vector<TargetPicture> points;  // all marks are at one point, so that poses are not determined
+  std::vector<TargetMarks> points;  // all marks are at one point, so that poses are not determined
   for (const auto& view : views) {
     points.push_back(target_marks(view, board()));
     for (TargetMark& mark : points.back()) {

@@ -8,9 +8,9 @@
 
 namespace waymark {
 
-TargetPicture target_marks(std::span<const TagDetection> detections, const TagMap& target) {
+TargetMarks target_marks(std::span<const TagDetection> detections, const TagMap& target) {
   constexpr std::int64_t kNumbers = 1'000'000;
-  TargetPicture marks;
+  TargetMarks marks;
   for (const TagDetection& detection : detections) {
     const MappedTag* tag = target.find(detection.tag);
     if (tag == nullptr) continue;
@@ -24,8 +24,8 @@ TargetPicture target_marks(std::span<const TagDetection> detections, const TagMa
   return marks;
 }
 
-TargetPicture target_marks(std::span<const BoardCorner> corners, std::span<const Eigen::Vector2d> places_m) {
-  TargetPicture marks;
+TargetMarks target_marks(std::span<const BoardCorner> corners, std::span<const Eigen::Vector2d> places_m) {
+  TargetMarks marks;
   for (const BoardCorner& corner : corners) {
     const Eigen::Vector2d& place = places_m[static_cast<std::size_t>(corner.number)];
     marks.push_back(
@@ -34,7 +34,7 @@ TargetPicture target_marks(std::span<const BoardCorner> corners, std::span<const
   return marks;
 }
 
-double apart_px(const TargetPicture& a, const TargetPicture& b) {
+double apart_px(const TargetMarks& a, const TargetMarks& b) {
   std::map<std::int64_t, const TargetMark*> of_b;
   for (const TargetMark& mark : b) of_b.emplace(mark.key, &mark);
   double sum = 0;

@@ -23,16 +23,16 @@ struct TargetMark {
 };
 
 /// The marks of one image.
-using TargetPicture = std::vector<TargetMark>;
+using TargetMarks = std::vector<TargetMark>;
 
 /// The tags in an image that belong to the target.
-[[nodiscard]] TargetPicture target_marks(std::span<const TagDetection> detections, const TagMap& target);
+[[nodiscard]] TargetMarks target_marks(std::span<const TagDetection> detections, const TagMap& target);
 /// The corners of a board in an image; `places_m` is the result of board_corners().
-[[nodiscard]] TargetPicture target_marks(std::span<const BoardCorner> corners,
-                                         std::span<const Eigen::Vector2d> places_m);
+[[nodiscard]] TargetMarks target_marks(std::span<const BoardCorner> corners,
+                                       std::span<const Eigen::Vector2d> places_m);
 
 /// Mean distance between the positions of points common to two images [px]; infinite if they share less than
 /// half of the marks in the image with fewer marks. O(marks log marks).
-[[nodiscard]] double apart_px(const TargetPicture& a, const TargetPicture& b);
+[[nodiscard]] double apart_px(const TargetMarks& a, const TargetMarks& b);
 
 }  // namespace waymark

@@ -13,8 +13,8 @@ namespace {
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// Numbered corners of a board, observed as a shifted grid.
-TargetPicture grid(std::int64_t first, std::int64_t count, const Eigen::Vector2d& shift = {0, 0}) {
-  TargetPicture marks;
+TargetMarks grid(std::int64_t first, std::int64_t count, const Eigen::Vector2d& shift = {0, 0}) {
+  TargetMarks marks;
   for (std::int64_t key = first; key < first + count; ++key) {
     const auto k = static_cast<double>(key);
     marks.push_back({.key = key,
@@ -35,7 +35,7 @@ TEST(TargetMarks, ContainTheTargetTagsWithTheirCorners) {
   stranger.tag.number = 8;
   TagDetection other_family = seen;
   other_family.tag.family = FamilyId::TagStandard52h13;
-  const TargetPicture marks = target_marks(std::vector{stranger, seen, other_family}, target);
+  const TargetMarks marks = target_marks(std::vector{stranger, seen, other_family}, target);
   ASSERT_EQ(marks.size(), 1U);
   ASSERT_EQ(marks[0].target_points_m.size(), 4U);
   const auto corners = tag_corners(0.05);
@@ -72,7 +72,7 @@ TEST(ApartPx, IsTheSymmetricMeanDistanceOfCommonMarks) {
   EXPECT_EQ(apart_px(grid(0, 10), grid(0, 10)), 0);
   EXPECT_NEAR(apart_px(grid(0, 10), grid(0, 10, {3, 4})), 5, 1e-12);
   EXPECT_NEAR(apart_px(grid(0, 10), grid(4, 10, {3, 4})), 5, 1e-12) << "six of the ten marks are shared";
-  TargetPicture one_moved = grid(0, 10);
+  TargetMarks one_moved = grid(0, 10);
   one_moved[4].seen_px[0].x() += 20;
   EXPECT_NEAR(apart_px(grid(0, 10), one_moved), 2, 1e-12);
   for (std::int64_t first = 0; first < 12; ++first)
@@ -82,7 +82,7 @@ TEST(ApartPx, IsTheSymmetricMeanDistanceOfCommonMarks) {
 TEST(ApartPx, IsInfiniteBelowHalfOfTheMarksInCommon) {
   EXPECT_EQ(apart_px(grid(0, 10), grid(6, 10)), kInfinite) << "only four of the ten marks are shared";
   EXPECT_LT(apart_px(grid(0, 10), grid(5, 10)), 1) << "five of the ten marks are shared";
-  EXPECT_LT(apart_px(grid(0, 100), grid(97, 6)), 1) << "the share refers to the picture with fewer marks";
+  EXPECT_LT(apart_px(grid(0, 100), grid(97, 6)), 1) << "the share refers to the image with fewer marks";
   EXPECT_EQ(apart_px({}, {}), kInfinite);
   EXPECT_EQ(apart_px(grid(0, 3), {}), kInfinite);
 }

@@ -56,15 +56,15 @@ struct Problem {
 /// Images that observe tags through two cameras. Poses have 6 parameters, and cameras have the given numbers
 /// of parameters.
 Problem images_of_tags(Random& random, int first_lens, int second_lens) {
-  constexpr int kPictures = 12;
+  constexpr int kImages = 12;
   constexpr int kTags = 4;
-  Problem problem{.dimensions = std::vector<int>(kPictures + kTags, 6)};
+  Problem problem{.dimensions = std::vector<int>(kImages + kTags, 6)};
   problem.dimensions.push_back(first_lens);
   problem.dimensions.push_back(second_lens);
-  for (int picture = 0; picture < kPictures; ++picture) {
+  for (int image = 0; image < kImages; ++image) {
     for (int lens = 0; lens < 2; ++lens) {
       for (int k = 0; k < 3; ++k) {
-        Residual residual{.unknowns = {picture, kPictures + (picture + k) % kTags, kPictures + kTags + lens},
+        Residual residual{.unknowns = {image, kImages + (image + k) % kTags, kImages + kTags + lens},
                           .r = random_matrix(random, 8, 1),
                           .weight = random.uniform(0.5, 2)};
         for (int u : residual.unknowns)

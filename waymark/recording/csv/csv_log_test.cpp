@@ -254,7 +254,7 @@ TEST(ExportCsv, OneOfSeveralKindsMustBeChosen) {
   const auto several = export_csv(**log, memory_sink(out), {});
   ASSERT_FALSE(several);
   EXPECT_THAT(several.error().hint, HasSubstr("`kind=detections`"));
-  const auto unknown = export_csv(**log, memory_sink(out), {.kind = "pictures"});
+  const auto unknown = export_csv(**log, memory_sink(out), {.kind = "images"});
   ASSERT_FALSE(unknown);
   EXPECT_THAT(unknown.error().hint, HasSubstr("odometry"));
   const auto none = export_csv(**log, memory_sink(out), {.selection = {.to = 5}, .kind = "imu"});

@@ -18,20 +18,20 @@ namespace waymark::mcap {
 namespace {
 
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20U;
-constexpr std::size_t kPicture = 640 * 480;
+constexpr std::size_t kImage = 640 * 480;
 
 /// Writes images at 30 Hz and reads them back by index. Runs in its own process.
 bool write_and_read(const std::filesystem::path& path, std::uint64_t bytes) {
-  const std::uint64_t count = bytes / kPicture;
+  const std::uint64_t count = bytes / kImage;
   {
     auto file = create_file(path);
     if (!file) return false;
     auto writer = Writer::open(std::move(*file), {.compression = Compression::None});
     const auto channel = writer->add_channel("/image_raw", 0, "");
-    Bytes picture(kPicture);
+    Bytes image(kImage);
     for (std::uint64_t i = 0; i < count; ++i) {
-      picture[i % kPicture] = static_cast<std::uint8_t>(i);
-      if (!writer->write(*channel, i * 33'333'333, 0, picture)) return false;
+      image[i % kImage] = static_cast<std::uint8_t>(i);
+      if (!writer->write(*channel, i * 33'333'333, 0, image)) return false;
     }
     if (!writer->close()) return false;
   }
@@ -39,7 +39,7 @@ bool write_and_read(const std::filesystem::path& path, std::uint64_t bytes) {
   const auto index = read_index(**source);
   std::uint64_t read = 0;
   const Status status = visit_messages(**source, *index, {}, [&](const Channel&, const Message& message) {
-    read += message.data.bytes.size() == kPicture ? 1U : 0U;
+    read += message.data.bytes.size() == kImage ? 1U : 0U;
     return Status{};
   });
   return status && index->from_summary && read == count;

@@ -44,10 +44,10 @@ std::optional<Sample> sample_of(const GazeboValue& value) {
 
 }  // namespace
 
-GazeboBridge::GazeboBridge(const GazeboProfile& profile, RobotDescription robot, PutPicture put_picture)
+GazeboBridge::GazeboBridge(const GazeboProfile& profile, RobotDescription robot, PutImage put_image)
     : robot_(std::move(robot)),
       truth_model_(profile.truth_model),
-      lines_("Gazebo", robot_.model.name, std::move(put_picture)) {}
+      lines_("Gazebo", robot_.model.name, std::move(put_image)) {}
 
 std::vector<std::string> GazeboBridge::receive(const GazeboSubscription& from, const GazeboMessage& message) {
   const bool needs_clock = from.kind != GazeboKind::CameraInfo && from.kind != GazeboKind::Odometry;

@@ -16,7 +16,7 @@ namespace waymark {
 /// may run slower than real time. Pure.
 class GazeboBridge {
  public:
-  GazeboBridge(const GazeboProfile& profile, RobotDescription robot, PutPicture put_picture = {});
+  GazeboBridge(const GazeboProfile& profile, RobotDescription robot, PutImage put_image = {});
 
   /// The lines for a message; empty if it is dropped or merely stored.
   [[nodiscard]] std::vector<std::string> receive(const GazeboSubscription& from,

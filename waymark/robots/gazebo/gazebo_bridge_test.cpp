@@ -44,15 +44,15 @@ TEST_F(GazeboBridgeTest, SamplesRoundTrip) {
   const auto odometry = std::get<Odometry>(read(lines[0]));
   EXPECT_EQ(odometry.stamp, at_ms(0));
   EXPECT_DOUBLE_EQ(odometry.odom_T_base.x(), 1.5);
-  CameraFrame picture{.stamp = at_ms(10), .image = Image(64, 48)};
+  CameraFrame frame{.stamp = at_ms(10), .image = Image(64, 48)};
   for (int y = 0; y < 48; ++y)
-    for (int x = 0; x < 64; ++x) picture.image.row(y)[x] = static_cast<std::uint8_t>(3 * x + 5 * y);
-  const auto raw = give(GazeboKind::Image, picture);
+    for (int x = 0; x < 64; ++x) frame.image.row(y)[x] = static_cast<std::uint8_t>(3 * x + 5 * y);
+  const auto raw = give(GazeboKind::Image, frame);
   ASSERT_EQ(raw.size(), 1U);
   const auto back = std::get<CameraFrame>(read(raw[0]));
-  EXPECT_EQ(back.stamp, picture.stamp);
+  EXPECT_EQ(back.stamp, frame.stamp);
   for (int y = 0; y < 48; ++y)
-    EXPECT_TRUE(std::equal(back.image.row(y), back.image.row(y) + 64, picture.image.row(y)));
+    EXPECT_TRUE(std::equal(back.image.row(y), back.image.row(y) + 64, frame.image.row(y)));
   LaserScan scan{.stamp = at_ms(12), .angle_increment_rad = 0.1, .range_min_m = 0.1, .range_max_m = 8};
   scan.ranges_m = {1, 2, std::numeric_limits<float>::infinity()};
   EXPECT_EQ(give(GazeboKind::Scan, scan).size(), 1U);

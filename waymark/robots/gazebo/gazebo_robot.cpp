@@ -27,7 +27,7 @@ class GazeboRobot final : public WireLoop {
         link_(link),
         profile_(profile),
         name_(robot.model.name),
-        bridge_(profile, robot, pictures_in_memory()),
+        bridge_(profile, robot, images_in_memory()),
         senders_(options.share_commands) {}
 
   /// Joins the network; to be called before run().

@@ -48,13 +48,13 @@ Result<GazeboProfile> find_gazebo_profile(const std::string& name) {
 
 std::vector<GazeboSubscription> subscriptions_of(const GazeboProfile& profile) {
   constexpr int kSamples = 100;
-  constexpr int kPictures = 2;  // only the newest is used
+  constexpr int kImages = 2;  // only the newest is used
   const std::vector<GazeboSubscription> all = {
       {GazeboKind::Odometry, profile.odometry_topic, "ignition.msgs.Odometry", kSamples},
       {GazeboKind::Imu, profile.imu_topic, "ignition.msgs.IMU", kSamples},
       {GazeboKind::Scan, profile.scan_topic, "ignition.msgs.LaserScan", kSamples},
-      {GazeboKind::Image, profile.image_topic, "ignition.msgs.Image", kPictures},
-      {GazeboKind::CameraInfo, profile.camera_info_topic, "ignition.msgs.CameraInfo", kPictures},
+      {GazeboKind::Image, profile.image_topic, "ignition.msgs.Image", kImages},
+      {GazeboKind::CameraInfo, profile.camera_info_topic, "ignition.msgs.CameraInfo", kImages},
       {GazeboKind::Gamepad, profile.gamepad_topic, "ignition.msgs.Joy", kSamples},
       {GazeboKind::Truth, profile.truth_topic, "ignition.msgs.Pose", kSamples},
       {GazeboKind::Clock, profile.clock_topic, "ignition.msgs.Clock", 1}};

@@ -57,7 +57,7 @@ TEST(IgnitionHeaders, PosesRoundTripAndInvalidRotationsAreRejected) {
   EXPECT_EQ(level->translation().x(), 4);
 }
 
-TEST(IgnitionPictures, EverySupportedFormatConvertsToGrey) {
+TEST(IgnitionImages, EverySupportedFormatConvertsToGrey) {
   using ignition::msgs::PixelFormatType;
   const std::vector<std::pair<PixelFormatType, std::string>> one_grey = {
       {ignition::msgs::L_INT8, std::string(1, '\x50')},
@@ -88,7 +88,7 @@ TEST(IgnitionPictures, EverySupportedFormatConvertsToGrey) {
   testing::expect_on_page("robots", refused.error());
 }
 
-TEST(IgnitionPictures, RejectsOtherDistortionModels) {
+TEST(IgnitionImages, RejectsOtherDistortionModels) {
   const CameraModel camera =
       CameraModel::make(PinholeRadtan{.fx = 400, .fy = 410, .cx = 320, .cy = 240}, 640, 480).value();
   auto message = to_ignition(GazeboCamera{SensorTime(), camera});

@@ -485,7 +485,7 @@ void RobotMessageReader::warn_once(const std::string& warning) {
 
 /// Warns about the first skipped line, and again each time the number of skipped lines has doubled.
 void RobotMessageReader::warn_skipped(std::int64_t line, const MessageFields& fields) {
-  unsigned& count = fields.of_unknown_camera() ? unknown_cameras_ : unreadable_pictures_;
+  unsigned& count = fields.of_unknown_camera() ? unknown_cameras_ : unreadable_images_;
   ++count;
   if ((count & (count - 1)) != 0) return;
   const char* what = fields.of_unknown_camera() ? "line of an unknown camera" : "unreadable image";
@@ -693,14 +693,14 @@ ordered_json of(const Anything& /*has no line*/) {
 
 }  // namespace
 
-std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>& picture) {
+std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>& image) {
   ordered_json line;
   if (const auto* sample = std::get_if<Sample>(&message)) {
     line = std::visit([](const auto& value) { return of(value); }, *sample);
     if (const auto* frame = std::get_if<CameraFrame>(sample)) {
       line = headed("image", frame->stamp);
       add_camera(line, frame->camera);
-      line["jpeg_base64"] = encode_base64(picture);
+      line["jpeg_base64"] = encode_base64(image);
     }
   } else {
     line = std::visit([](const auto& value) { return of(value); }, message);

@@ -77,14 +77,14 @@ class RobotMessageReader {
   std::set<std::string> warned_{};
   std::vector<std::string> warnings_{};
   bool greeted_ = false;
-  unsigned unreadable_pictures_ = 0;
+  unsigned unreadable_images_ = 0;
   unsigned unknown_cameras_ = 0;                ///< number of lines from unknown cameras
   std::map<std::string, SensorTime> newest_{};  ///< newest timestamp by type and camera
 };
 
-/// The line for a message, including its newline. For an image, `picture` contains the bytes of a JPEG or PNG
+/// The line for a message, including its newline. For an image, `image` contains the bytes of a JPEG or PNG
 /// file. Empty for samples that have no line (ranges, commands).
-[[nodiscard]] std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>& picture = {});
+[[nodiscard]] std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>& image = {});
 
 /// An order to the robot, as parsed by its process.
 struct RobotOrderLine {

@@ -207,8 +207,8 @@ TEST(RobotMessages, SkipsAndCountsUnreadableImages) {
     return warnings.empty() ? std::string() : warnings.at(0);
   };
   const std::string torn = R"({"type":"image","stamp_s":1,"jpeg_base64":"AAAA"})";
-  EXPECT_THAT(warning_of(R"({"type":"image","stamp_s":1,"path":"/no/such/picture.pgm"})"),
-              HasSubstr("/no/such/picture.pgm"));
+  EXPECT_THAT(warning_of(R"({"type":"image","stamp_s":1,"path":"/no/such/image.pgm"})"),
+              HasSubstr("/no/such/image.pgm"));
   EXPECT_THAT(warning_of(R"({"type":"image","stamp_s":1,"jpeg_base64":"?"})"), HasSubstr("base64"));
   EXPECT_EQ(warning_of(torn), "") << "not each time";
   const std::string fourth = warning_of(torn);
@@ -313,7 +313,7 @@ TEST(RobotMessages, RejectsDeepNesting) {
 
 TEST(RobotMessages, SkipsAnImagePathThatIsAPipe) {
   Reader reader;
-  const std::string name = ::testing::TempDir() + "waymark-picture-pipe";
+  const std::string name = ::testing::TempDir() + "waymark-image-pipe";
   (void)unlink(name.c_str());
   ASSERT_EQ(mkfifo(name.c_str(), 0600), 0);
   const auto message = reader.read(R"({"type":"image","stamp_s":1,"path":")" + name + "\"}");

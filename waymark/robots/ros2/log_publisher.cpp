@@ -19,10 +19,10 @@ namespace {
 constexpr const char* kStaticFrames = "/tf_static";
 
 TopicQos qos_of(const LogChannel& channel) {
-  const bool picture = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
+  const bool image = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
   const bool kept = is_kept_for_late_joiners(channel);
-  const bool few = picture || (kept && channel.topic != kStaticFrames);
-  return {.reliable = true, .transient_local = kept, .depth = few ? 5 : 100, .large = picture};
+  const bool few = image || (kept && channel.topic != kStaticFrames);
+  return {.reliable = true, .transient_local = kept, .depth = few ? 5 : 100, .large = image};
 }
 
 bool is_command(const std::string& type) {

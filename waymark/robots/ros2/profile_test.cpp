@@ -62,14 +62,14 @@ TEST(Ros2Profile, ReportsRequiredTopicsWithoutPublisher) {
   const auto published = [](const char* topic, std::string_view type) {
     return BusEndpoint{.publishes = true, .name = dds_topic(topic, type)};
   };
-  const Ros2Profile pictures{.image_topic = "/image"};
-  EXPECT_THAT(missing_publishers(pictures, {}), ::testing::ElementsAre(::testing::HasSubstr("/image")));
-  EXPECT_TRUE(missing_publishers(pictures, {published("/image", ros2::Image::kType)}).empty());
+  const Ros2Profile images{.image_topic = "/image"};
+  EXPECT_THAT(missing_publishers(images, {}), ::testing::ElementsAre(::testing::HasSubstr("/image")));
+  EXPECT_TRUE(missing_publishers(images, {published("/image", ros2::Image::kType)}).empty());
   EXPECT_TRUE(
-      missing_publishers(pictures, {published("/image/compressed", ros2::CompressedImage::kType)}).empty());
+      missing_publishers(images, {published("/image/compressed", ros2::CompressedImage::kType)}).empty());
   BusEndpoint wanted = published("/image", ros2::Image::kType);
   wanted.publishes = false;
-  EXPECT_EQ(missing_publishers(pictures, {wanted}).size(), 1U) << "a subscription is not a publisher";
+  EXPECT_EQ(missing_publishers(images, {wanted}).size(), 1U) << "a subscription is not a publisher";
   const Ros2Profile simulated{.use_sim_time = true};
   EXPECT_THAT(missing_publishers(simulated, {}), ::testing::ElementsAre(::testing::HasSubstr("/clock")));
   EXPECT_TRUE(missing_publishers(simulated, {published("/clock", "rosgraph_msgs/msg/Clock")}).empty());

@@ -29,10 +29,10 @@ std::string frame_of(std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
-RobotBridge::RobotBridge(Ros2Profile profile, RobotDescription robot, PutPicture put_picture)
+RobotBridge::RobotBridge(Ros2Profile profile, RobotDescription robot, PutImage put_image)
     : profile_(std::move(profile)),
       robot_(std::move(robot)),
-      lines_("ROS 2", robot_.model.name, std::move(put_picture)),
+      lines_("ROS 2", robot_.model.name, std::move(put_image)),
       base_frame_(frame_name(profile_.base_frame)) {}
 
 std::vector<std::string> RobotBridge::receive(const Ros2Subscription& from,
@@ -64,7 +64,7 @@ Result<std::vector<std::string>> RobotBridge::lines_of(const Ros2Subscription& f
     return lines;
   }
   if (from.type == ros2::CompressedImage::kType) {
-    auto line = compressed_picture(from, bytes, arrived);
+    auto line = compressed_image(from, bytes, arrived);
     if (!line) return tl::unexpected(line.error());
     lines.push_back(std::move(*line));
     return lines;
@@ -89,8 +89,8 @@ Result<std::vector<std::string>> RobotBridge::lines_of(const Ros2Subscription& f
 }
 
 /// Forwards the encoded image unchanged.
-Result<std::string> RobotBridge::compressed_picture(const Ros2Subscription& from,
-                                                    std::span<const std::uint8_t> bytes, Duration arrived) {
+Result<std::string> RobotBridge::compressed_image(const Ros2Subscription& from,
+                                                  std::span<const std::uint8_t> bytes, Duration arrived) {
   const auto message = cdr::decode<ros2::CompressedImage>(bytes);
   if (!message) return tl::unexpected(message.error());
   if (const auto header = probe(message->data, from.topic); !header) return tl::unexpected(header.error());

@@ -20,8 +20,8 @@ namespace waymark {
 /// they cannot be decoded, contain non-finite numbers or have a misleading timestamp. Pure.
 class RobotBridge {
  public:
-  /// Without `put_picture`, the lines contain the images as base64.
-  RobotBridge(Ros2Profile profile, RobotDescription robot, PutPicture put_picture = {});
+  /// Without `put_image`, the lines contain the images as base64.
+  RobotBridge(Ros2Profile profile, RobotDescription robot, PutImage put_image = {});
 
   /// The lines for a message in CDR with its encapsulation header; empty if it is dropped or merely stored.
   [[nodiscard]] std::vector<std::string> receive(const Ros2Subscription& from,
@@ -43,8 +43,8 @@ class RobotBridge {
  private:
   Result<std::vector<std::string>> lines_of(const Ros2Subscription& from, std::span<const std::uint8_t> bytes,
                                             Duration arrived);
-  Result<std::string> compressed_picture(const Ros2Subscription& from, std::span<const std::uint8_t> bytes,
-                                         Duration arrived);
+  Result<std::string> compressed_image(const Ros2Subscription& from, std::span<const std::uint8_t> bytes,
+                                       Duration arrived);
   void learn_base(std::span<const std::uint8_t> bytes);
   void turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes);
   Status keep_clock(std::span<const std::uint8_t> bytes);

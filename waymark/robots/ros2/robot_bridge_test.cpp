@@ -79,9 +79,9 @@ ros2::TFMessage mast(double height_m) {
 
 TEST_F(Bridge, ComparesARepeatedMountingAndReportsOneThatMoves) {
   (void)odometry(0);
-  ros2::Image picture = ros2::to_ros(CameraFrame{.stamp = at_ms(10), .image = Image(64, 48)});
-  picture.header.frame_id = "camera_color_optical_frame";
-  (void)give("/camera/color/image_raw", picture, milliseconds(10));
+  ros2::Image image = ros2::to_ros(CameraFrame{.stamp = at_ms(10), .image = Image(64, 48)});
+  image.header.frame_id = "camera_color_optical_frame";
+  (void)give("/camera/color/image_raw", image, milliseconds(10));
   for (int i = 0; i < 3; ++i) (void)give("/tf", mast(0.5), milliseconds(20 + i));
   const std::string fixed = words();
   EXPECT_NE(fixed.find(" mm and "), std::string::npos) << fixed;
@@ -98,16 +98,16 @@ TEST_F(Bridge, OdometryAndImagesRoundTrip) {
   const auto odometry = std::get<Odometry>(read(lines[0]));
   EXPECT_EQ(odometry.stamp, at_ms(0));
   EXPECT_DOUBLE_EQ(odometry.odom_T_base.x(), 1.5);
-  CameraFrame picture{.stamp = at_ms(10), .camera = "cam", .image = Image(64, 48)};
+  CameraFrame frame{.stamp = at_ms(10), .camera = "cam", .image = Image(64, 48)};
   for (int y = 0; y < 48; ++y)
-    for (int x = 0; x < 64; ++x) picture.image.row(y)[x] = static_cast<std::uint8_t>(3 * x + 5 * y);
-  const auto raw = give("/camera/color/image_raw", ros2::to_ros(picture), milliseconds(12));
+    for (int x = 0; x < 64; ++x) frame.image.row(y)[x] = static_cast<std::uint8_t>(3 * x + 5 * y);
+  const auto raw = give("/camera/color/image_raw", ros2::to_ros(frame), milliseconds(12));
   ASSERT_EQ(raw.size(), 1U);
   const auto back = std::get<CameraFrame>(read(raw[0]));
-  EXPECT_EQ(back.stamp, picture.stamp);
+  EXPECT_EQ(back.stamp, frame.stamp);
   ASSERT_EQ(back.image.width(), 64);
   for (int y = 0; y < 48; ++y)
-    EXPECT_TRUE(std::equal(back.image.row(y), back.image.row(y) + 64, picture.image.row(y)));
+    EXPECT_TRUE(std::equal(back.image.row(y), back.image.row(y) + 64, frame.image.row(y)));
 }
 
 TEST_F(Bridge, ForwardsCompressedImagesUnchanged) {
@@ -291,9 +291,9 @@ TEST(BridgeFrames, TakeTheBaseFromOdometryUnlessTheProfileNamesIt) {
   ros2::Odometry odometry = ros2::to_ros(Odometry{.stamp = stamp_ms(0)});
   odometry.child_frame_id = "r1/base_footprint";
   send(bridge, "/odom", odometry);
-  ros2::Image picture = ros2::to_ros(CameraFrame{.stamp = stamp_ms(10), .image = Image(64, 48)});
-  picture.header.frame_id = "r1/eye";
-  send(bridge, "/camera/color/image_raw", picture);
+  ros2::Image image = ros2::to_ros(CameraFrame{.stamp = stamp_ms(10), .image = Image(64, 48)});
+  image.header.frame_id = "r1/eye";
+  send(bridge, "/camera/color/image_raw", image);
   const ros2::TFMessage tf{
       {ros2::to_ros_transform(stamp_ms(0), "r1/base_footprint", "r1/eye", SE3({}, {5, 0, 0}))}};
   send(bridge, "/tf_static", tf);
@@ -303,9 +303,9 @@ TEST(BridgeFrames, TakeTheBaseFromOdometryUnlessTheProfileNamesIt) {
 TEST(BridgeFrames, RejectACycleOfTransforms) {
   RobotBridge bridge(find_ros2_profile("limo").value(), limo_file());
   send(bridge, "/odom", ros2::to_ros(Odometry{.stamp = stamp_ms(0)}));
-  ros2::Image picture = ros2::to_ros(CameraFrame{.stamp = stamp_ms(10), .image = Image(64, 48)});
-  picture.header.frame_id = "camera_color_optical_frame";
-  send(bridge, "/camera/color/image_raw", picture);
+  ros2::Image image = ros2::to_ros(CameraFrame{.stamp = stamp_ms(10), .image = Image(64, 48)});
+  image.header.frame_id = "camera_color_optical_frame";
+  send(bridge, "/camera/color/image_raw", image);
   ros2::TFMessage circle{{ros2::to_ros_transform(stamp_ms(0), "base_link", "mast", SE3({}, {0, 0, 0.5})),
                           ros2::to_ros_transform(stamp_ms(0), "mast", "camera_color_optical_frame", SE3())}};
   circle.transforms.push_back(

@@ -46,7 +46,7 @@ class Ros2Robot final : public WireLoop {
         name_(robot.model.name),
         bus_options_(std::move(bus_options)),
         options_(options),
-        bridge_(profile, robot, pictures_in_memory()),
+        bridge_(profile, robot, images_in_memory()),
         uses_(uses_of(profile)),
         senders_(options.share_commands, kListen),
         drivers_(command_use(profile).name) {}

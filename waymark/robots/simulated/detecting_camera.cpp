@@ -71,23 +71,23 @@ Result<RenderedFrame> DetectingCamera::take(const CameraShot& shot) {
   const auto motion = [&](double seconds) {
     return shot.map_T_base * lift(SE2::exp(shot.twist * seconds)) * base_T_cam;
   };
-  auto picture = scene_camera.camera.render(motion, shot.stamp, shot.seed);
-  if (!picture) return picture;
+  auto frame = scene_camera.camera.render(motion, shot.stamp, shot.seed);
+  if (!frame) return frame;
   if (shot.dark) {
-    picture->image = Image(picture->image.width(), picture->image.height());
-    picture->tags.clear();
+    frame->image = Image(frame->image.width(), frame->image.height());
+    frame->tags.clear();
   }
-  if (Status status = through_jpeg(picture->image); !status) return tl::unexpected(status.error());
-  return picture;
+  if (Status status = through_jpeg(frame->image); !status) return tl::unexpected(status.error());
+  return frame;
 }
 
-Result<SeenPicture> DetectingCamera::detect(const CameraShot& shot) {
-  auto picture = take(shot);
-  if (!picture) return tl::unexpected(picture.error());
+Result<SeenImage> DetectingCamera::detect(const CameraShot& shot) {
+  auto frame = take(shot);
+  if (!frame) return tl::unexpected(frame.error());
   const MountedCamera& mounted = cameras_.at(shot.camera).mounted;
-  auto found = find_tags(picture->image, finder_, &mounted.camera);
+  auto found = find_tags(frame->image, finder_, &mounted.camera);
   if (!found) return tl::unexpected(found.error());
-  SeenPicture seen{.picture = std::move(*picture), .found = {.stamp = shot.stamp, .camera = mounted.name}};
+  SeenImage seen{.frame = std::move(*frame), .found = {.stamp = shot.stamp, .camera = mounted.name}};
   seen.found.detections = std::move(found->detections);
   return seen;
 }

@@ -20,8 +20,8 @@ struct DetectingCameraOptions {
 };
 
 /// An image with its ground truth and detections.
-struct SeenPicture {
-  RenderedFrame picture{};
+struct SeenImage {
+  RenderedFrame frame{};
   TagFrame found{};
 };
 
@@ -39,7 +39,7 @@ class DetectingCamera {
   [[nodiscard]] Result<RenderedFrame> take(const CameraShot& shot);
   /// Renders the image and detects tags. The same shot always gives the same result, regardless of earlier
   /// calls.
-  [[nodiscard]] Result<SeenPicture> detect(const CameraShot& shot);
+  [[nodiscard]] Result<SeenImage> detect(const CameraShot& shot);
   [[nodiscard]] const TagFinder& finder() const { return finder_; }
 
  private:

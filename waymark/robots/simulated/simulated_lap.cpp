@@ -30,10 +30,10 @@ Result<std::optional<RobotEvent>> SimulatedSource::next(Duration /*most*/) {
     next_request_ += kControlPeriod;
     requests_command_ = true;
   }
-  if (auto* picture = std::get_if<CameraFrame>(&sample); picture != nullptr && scene_camera_) {
+  if (auto* frame = std::get_if<CameraFrame>(&sample); frame != nullptr && scene_camera_) {
     auto taken = scene_camera_->take(robot_.shot());
     if (!taken) return tl::unexpected(taken.error());
-    picture->image = std::move(taken->image);
+    frame->image = std::move(taken->image);
   }
   return std::optional<RobotEvent>(std::move(sample));
 }
@@ -42,13 +42,13 @@ namespace {
 
 /// Renders images and detects tags on several threads. Results are returned in the order of the requests, so
 /// they do not depend on the number of threads.
-class PictureLine {
+class ImageLine {
  public:
   /// Uses one thread per scene camera; with a single camera, no thread is started and pop() does the work.
-  explicit PictureLine(std::vector<std::unique_ptr<DetectingCamera>> scene_cameras);
-  ~PictureLine();
-  PictureLine(const PictureLine&) = delete;
-  PictureLine& operator=(const PictureLine&) = delete;
+  explicit ImageLine(std::vector<std::unique_ptr<DetectingCamera>> scene_cameras);
+  ~ImageLine();
+  ImageLine(const ImageLine&) = delete;
+  ImageLine& operator=(const ImageLine&) = delete;
 
   /// Requests an image. Does not block; the caller must keep pending() small.
   void push(CameraShot shot);
@@ -57,12 +57,12 @@ class PictureLine {
   /// Whether pop() would not block.
   [[nodiscard]] bool ready() const;
   /// The oldest image; blocks until it is ready. Requires a pending image.
-  [[nodiscard]] Result<SeenPicture> pop();
+  [[nodiscard]] Result<SeenImage> pop();
 
  private:
   struct Job {
     CameraShot shot;
-    std::optional<Result<SeenPicture>> result{};
+    std::optional<Result<SeenImage>> result{};
     bool taken = false;
   };
   void work(DetectingCamera& scene_camera);
@@ -70,20 +70,20 @@ class PictureLine {
   std::vector<std::unique_ptr<DetectingCamera>> cameras_;
   mutable std::mutex mutex_;
   std::condition_variable work_to_do_;
-  std::condition_variable picture_done_;
+  std::condition_variable image_done_;
   std::deque<std::shared_ptr<Job>> jobs_;
   bool closing_ = false;
   std::vector<std::thread> threads_;
 };
 
-PictureLine::PictureLine(std::vector<std::unique_ptr<DetectingCamera>> scene_cameras)
+ImageLine::ImageLine(std::vector<std::unique_ptr<DetectingCamera>> scene_cameras)
     : cameras_(std::move(scene_cameras)) {
   if (cameras_.size() < 2) return;
   for (const auto& scene_camera : cameras_)
     threads_.emplace_back([this, &scene_camera] { work(*scene_camera); });
 }
 
-PictureLine::~PictureLine() {
+ImageLine::~ImageLine() {
   {
     const std::lock_guard lock(mutex_);
     closing_ = true;
@@ -92,7 +92,7 @@ PictureLine::~PictureLine() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void PictureLine::work(DetectingCamera& scene_camera) {
+void ImageLine::work(DetectingCamera& scene_camera) {
   std::unique_lock lock(mutex_);
   while (true) {
     const auto waiting = [&] {
@@ -106,11 +106,11 @@ void PictureLine::work(DetectingCamera& scene_camera) {
     auto seen = scene_camera.detect(job->shot);
     lock.lock();
     job->result = std::move(seen);
-    picture_done_.notify_all();
+    image_done_.notify_all();
   }
 }
 
-void PictureLine::push(CameraShot shot) {
+void ImageLine::push(CameraShot shot) {
   {
     const std::lock_guard lock(mutex_);
     jobs_.push_back(std::make_shared<Job>(Job{.shot = std::move(shot)}));
@@ -118,19 +118,19 @@ void PictureLine::push(CameraShot shot) {
   work_to_do_.notify_one();
 }
 
-bool PictureLine::ready() const {
+bool ImageLine::ready() const {
   const std::lock_guard lock(mutex_);
   return !jobs_.empty() && (threads_.empty() || jobs_.front()->result.has_value());
 }
 
-Result<SeenPicture> PictureLine::pop() {
+Result<SeenImage> ImageLine::pop() {
   std::unique_lock lock(mutex_);
   const std::shared_ptr<Job> job = jobs_.front();
   if (threads_.empty()) {
     jobs_.pop_front();
     return cameras_.front()->detect(job->shot);
   }
-  picture_done_.wait(lock, [&] { return job->result.has_value(); });
+  image_done_.wait(lock, [&] { return job->result.has_value(); });
   jobs_.pop_front();
   return std::move(*job->result);
 }
@@ -151,54 +151,52 @@ class SampleLine {
   [[nodiscard]] Status finish();
 
  private:
-  SampleLine(std::unique_ptr<PictureLine> pictures, std::size_t threads, const LapListener& listener)
-      : pictures_(std::move(pictures)), max_pending_(3 * threads), listener_(listener) {}
+  SampleLine(std::unique_ptr<ImageLine> images, std::size_t threads, const LapListener& listener)
+      : images_(std::move(images)), max_pending_(3 * threads), listener_(listener) {}
   [[nodiscard]] Status forward_first();
 
-  std::unique_ptr<PictureLine> pictures_;
+  std::unique_ptr<ImageLine> images_;
   std::size_t max_pending_;
   const LapListener& listener_;
   std::deque<Sample> waiting_;
 };
 
-bool is_picture(const Sample& sample) { return std::holds_alternative<CameraFrame>(sample); }
+bool is_image(const Sample& sample) { return std::holds_alternative<CameraFrame>(sample); }
 
 Result<std::unique_ptr<SampleLine>> SampleLine::make(const SimulatedSetup& setup,
                                                      const LapListener& listener) {
   const auto threads = static_cast<std::size_t>(std::clamp(setup.threads, 1, 64));
-  std::unique_ptr<PictureLine> pictures;
-  if (setup.pictures) {
+  std::unique_ptr<ImageLine> images;
+  if (setup.images) {
     const auto world = std::make_shared<const World>(setup.world);
     std::vector<std::unique_ptr<DetectingCamera>> scene_cameras;
     for (std::size_t i = 0; i < threads; ++i) {
-      auto scene_camera = scene_cameras.empty()
-                              ? DetectingCamera::make(world, setup.cameras(), *setup.pictures)
-                              : scene_cameras.front()->another();
+      auto scene_camera = scene_cameras.empty() ? DetectingCamera::make(world, setup.cameras(), *setup.images)
+                                                : scene_cameras.front()->another();
       if (!scene_camera) return tl::unexpected(scene_camera.error());
       scene_cameras.push_back(std::move(*scene_camera));
     }
-    pictures = std::make_unique<PictureLine>(std::move(scene_cameras));
+    images = std::make_unique<ImageLine>(std::move(scene_cameras));
   }
-  return std::unique_ptr<SampleLine>(
-      new SampleLine(std::move(pictures), threads > 1 ? threads : 0, listener));
+  return std::unique_ptr<SampleLine>(new SampleLine(std::move(images), threads > 1 ? threads : 0, listener));
 }
 
 Status SampleLine::forward_first() {
   Sample sample = std::move(waiting_.front());
   waiting_.pop_front();
-  if (!is_picture(sample) || !pictures_) return listener_.on_sample(sample);
-  auto seen = pictures_->pop();
+  if (!is_image(sample) || !images_) return listener_.on_sample(sample);
+  auto seen = images_->pop();
   if (!seen) return tl::unexpected(seen.error());
-  if (Status status = listener_.on_picture(*seen); !status) return status;
+  if (Status status = listener_.on_image(*seen); !status) return status;
   return listener_.on_sample(seen->found);
 }
 
 Status SampleLine::add(Sample sample, const CameraShot& shot) {
-  if (pictures_ && is_picture(sample)) pictures_->push(shot);
+  if (images_ && is_image(sample)) images_->push(shot);
   waiting_.push_back(std::move(sample));
   while (!waiting_.empty()) {
-    const bool is_pending = pictures_ && is_picture(waiting_.front()) && !pictures_->ready();
-    if (is_pending && pictures_->pending() <= max_pending_) return {};
+    const bool is_pending = images_ && is_image(waiting_.front()) && !images_->ready();
+    if (is_pending && images_->pending() <= max_pending_) return {};
     if (Status status = forward_first(); !status) return status;
   }
   return {};
@@ -226,11 +224,11 @@ Result<std::vector<PathPoint>> line_of(const World& world) {
 SimulatedRobot robot_at_start(const SimulatedSetup& setup, const std::vector<PathPoint>& path) {
   return {setup.world,     setup.model,
           setup.cameras(), path.front().map_T_path,
-          setup.robot,     setup.pictures ? CameraOutput::Shots : CameraOutput::Corners};
+          setup.robot,     setup.images ? CameraOutput::Shots : CameraOutput::Corners};
 }
 
 /// The loop for a robot in lockstep, whose time does not advance during a decision.
-RobotLoop loop_of(SimulatedSource& source, SimulatedRobot& robot, PictureSearch search, double timeout_s) {
+RobotLoop loop_of(SimulatedSource& source, SimulatedRobot& robot, ImageSearch search, double timeout_s) {
   return {source, robot, lockstep_time([&robot] { return robot.uptime(); }), std::move(search),
           RobotLoopOptions{.timeout_s = timeout_s}};
 }
@@ -289,14 +287,14 @@ Result<ReplayEnd> drive_replay(const SimulatedSetup& setup, Replayer& replayer, 
   if (!path) return tl::unexpected(path.error());
   SimulatedRobot robot = robot_at_start(setup, *path);
   std::unique_ptr<DetectingCamera> scene_camera;
-  if (setup.pictures) {
+  if (setup.images) {
     auto made =
-        DetectingCamera::make(std::make_shared<const World>(setup.world), setup.cameras(), *setup.pictures);
+        DetectingCamera::make(std::make_shared<const World>(setup.world), setup.cameras(), *setup.images);
     if (!made) return tl::unexpected(made.error());
     scene_camera = std::move(*made);
   }
-  const PictureSearch search{.finder = scene_camera ? &scene_camera->finder() : nullptr,
-                             .cameras = setup.cameras()};
+  const ImageSearch search{.finder = scene_camera ? &scene_camera->finder() : nullptr,
+                           .cameras = setup.cameras()};
   SimulatedSource source(robot, std::move(scene_camera));
   ReplaySession session(replayer, {.on_sample = listener.on_sample, .on_step = listener.on_step},
                         {.give_up_s = options.give_up_s});

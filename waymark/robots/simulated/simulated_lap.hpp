@@ -43,7 +43,7 @@ struct SimulatedSetup {
   CameraModel camera;
   SimulatedRobotOptions robot{};  ///< its seed determines the lap
   std::optional<DetectingCameraOptions>
-      pictures{};   ///< if empty, corners are simulated directly, without images
+      images{};     ///< if empty, corners are simulated directly, without images
   int threads = 1;  ///< number of threads for rendering and detection
   std::string camera_name = "cam";
   std::vector<MountedCamera> more_cameras{};  ///< additional to `camera`, whose mounting is part of `model`
@@ -58,7 +58,7 @@ struct LapListener {
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
   /// Called for every image in a lap, before the TagFrame with its detections. (In a replay, images are
   /// samples.)
-  std::function<Status(const SeenPicture&)> on_picture = [](const SeenPicture&) { return Status(); };
+  std::function<Status(const SeenImage&)> on_image = [](const SeenImage&) { return Status(); };
   /// Called for every decision in a replay, before its command is sent.
   std::function<Status(SensorTime, const ReplayStep&)> on_step = [](SensorTime, const ReplayStep&) {
     return Status();

@@ -148,13 +148,13 @@ SimulatedSetup some_setup(int threads) {
                   320, 240)
                   .value(),
           .robot = {.camera_rate_hz = 10},
-          .pictures = DetectingCameraOptions{},
+          .images = DetectingCameraOptions{},
           .threads = threads};
 }
 
 struct Received {
   std::vector<Sample> samples;
-  std::vector<SeenPicture> pictures;
+  std::vector<SeenImage> images;
 };
 
 Received drive(const SimulatedSetup& setup) {
@@ -164,8 +164,8 @@ Received drive(const SimulatedSetup& setup) {
     received.samples.push_back(sample);
     return {};
   };
-  listener.on_picture = [&](const SeenPicture& seen) -> Status {
-    received.pictures.push_back(seen);
+  listener.on_image = [&](const SeenImage& seen) -> Status {
+    received.images.push_back(seen);
     return {};
   };
   const auto end = drive_scripted_lap(setup, {}, listener);
@@ -175,9 +175,9 @@ Received drive(const SimulatedSetup& setup) {
 
 const TagFrame* frame_of(const Sample& sample) { return std::get_if<TagFrame>(&sample); }
 
-TEST(PicturesByThreads, DoNotDependOnTheNumberOfThreads) {
+TEST(ImagesByThreads, DoNotDependOnTheNumberOfThreads) {
   const Received one = drive(some_setup(1));
-  ASSERT_GT(one.pictures.size(), 15U);
+  ASSERT_GT(one.images.size(), 15U);
   for (const int threads : {2, 5}) {
     const Received more = drive(some_setup(threads));
     ASSERT_EQ(one.samples.size(), more.samples.size());
@@ -191,18 +191,18 @@ TEST(PicturesByThreads, DoNotDependOnTheNumberOfThreads) {
       for (std::size_t k = 0; k < a->detections.size(); ++k)
         EXPECT_EQ(a->detections[k].corners_px, b.detections[k].corners_px);
     }
-    ASSERT_EQ(one.pictures.size(), more.pictures.size());
-    for (std::size_t i = 0; i < one.pictures.size(); ++i)
-      EXPECT_EQ(one.pictures[i].picture.image, more.pictures[i].picture.image) << i;
+    ASSERT_EQ(one.images.size(), more.images.size());
+    for (std::size_t i = 0; i < one.images.size(); ++i)
+      EXPECT_EQ(one.images[i].frame.image, more.images[i].frame.image) << i;
   }
 }
 
-TEST(Pictures, DetectionsAgreeWithTheGroundTruth) {
+TEST(Images, DetectionsAgreeWithTheGroundTruth) {
   int found = 0;
   int there = 0;
   double worst = 0;
-  for (const SeenPicture& seen : drive(some_setup(1)).pictures) {
-    for (const SceneTagTruth& truth : seen.picture.tags) {
+  for (const SeenImage& seen : drive(some_setup(1)).images) {
+    for (const SceneTagTruth& truth : seen.frame.tags) {
       if (std::ranges::count(truth.corner_visible, true) < 4) continue;
       ++there;
       const auto detection = std::ranges::find(seen.found.detections, truth.tag, &TagDetection::tag);
@@ -217,12 +217,12 @@ TEST(Pictures, DetectionsAgreeWithTheGroundTruth) {
   EXPECT_LT(worst, 1.0) << "px";
 }
 
-TEST(Pictures, OfACoveredLensAreDark) {
+TEST(Images, OfACoveredLensAreDark) {
   SimulatedSetup setup = some_setup(2);
   setup.robot.faults = {{.kind = FaultKind::CameraBlackout, .at_s = 0.5, .for_s = 0.5},
                         {.kind = FaultKind::TagRemoved, .at_s = 1.5, .tag = {FamilyId::Tag36h11, 1}}};
   int dark = 0;
-  for (const SeenPicture& seen : drive(setup).pictures) {
+  for (const SeenImage& seen : drive(setup).images) {
     const double now_s = to_seconds(seen.found.stamp.time_since_epoch());
     const bool covered = now_s >= 0.5 && now_s < 1.0;
     dark += covered ? 1 : 0;
@@ -234,7 +234,7 @@ TEST(Pictures, OfACoveredLensAreDark) {
   EXPECT_EQ(dark, 5);
 }
 
-TEST(PicturesByThreads, StopWhileImagesArePending) {
+TEST(ImagesByThreads, StopWhileImagesArePending) {
   SimulatedSetup setup = some_setup(4);
   int samples = 0;
   LapListener listener;

@@ -12,7 +12,7 @@ namespace {
 constexpr Duration kStep = std::chrono::milliseconds(5);
 /// Separate random streams, so that an additional lidar or image does not change any other noise.
 constexpr std::uint64_t kLidarSeed = 5000;
-constexpr std::uint64_t kPictureSeed = 1'000'003;
+constexpr std::uint64_t kImageSeed = 1'000'003;
 constexpr std::uint64_t kCameraSeed = 7919;
 
 Duration period(double rate_hz) { return Duration(std::llround(1e9 / rate_hz)); }
@@ -103,8 +103,8 @@ void SimulatedRobot::emit_late(Sample sample) {
   late_.push_back({uptime() + Duration(std::llround(options_.camera_latency_s * 1e9)), std::move(sample)});
 }
 
-void SimulatedRobot::take_picture() {
-  ++pictures_;
+void SimulatedRobot::take_image() {
+  ++images_;
   if (!fault_active(FaultKind::CameraStuck)) camera_base_ = dynamics_.map_T_base();
   for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
     if (camera_output_ == CameraOutput::Corners)
@@ -135,7 +135,7 @@ void SimulatedRobot::take_shot(std::size_t camera) {
     state.last_shot = {.world = world_,
                        .map_T_base = lift(camera_base_),
                        .twist = dynamics_.twist(),
-                       .seed = options_.seed + kPictureSeed * pictures_ + kCameraSeed * camera,
+                       .seed = options_.seed + kImageSeed * images_ + kCameraSeed * camera,
                        .camera = camera};
   state.last_shot.stamp = stamp + clock_offset_;
   state.last_shot.dark = fault_active(FaultKind::CameraBlackout);
@@ -158,7 +158,7 @@ void SimulatedRobot::read_sensors() {
   }
   if (options_.lidar.rate_hz > 0 && lidar_timer_.due(now))
     emit(lidar_.scan(dynamics_.map_T_base(), dynamics_.twist(), now, lidar_random_));
-  if (camera_timer_.due(now)) take_picture();
+  if (camera_timer_.due(now)) take_image();
   for (; !late_.empty() && late_.front().due <= uptime(); late_.pop_front())
     ready_.push_back(std::move(late_.front().sample));
 }

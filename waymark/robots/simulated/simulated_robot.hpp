@@ -69,7 +69,7 @@ class SimulatedRobot final : public Robot {
     CameraShot last_shot{};
   };
   void read_sensors();
-  void take_picture();
+  void take_image();
   void take_shot(std::size_t camera);
   void take_corners(std::size_t camera);
   void apply_faults();
@@ -101,7 +101,7 @@ class SimulatedRobot final : public Robot {
   std::vector<CameraState> cameras_;
   CameraShot given_shot_{};
   std::deque<CameraShot> shots_;
-  std::uint64_t pictures_ = 0;
+  std::uint64_t images_ = 0;
   std::deque<Sample> ready_;
   struct Late {
     Duration due{};  ///< due time, as uptime

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr unsigned kNames = 10;
-constexpr std::string_view kFolder = "waymark-pictures-";
+constexpr std::string_view kFolder = "waymark-images-";
 
 /// Removes the folders of processes that were killed and could not remove them themselves.
 void remove_abandoned(const fs::path& where) {
@@ -39,7 +39,7 @@ void remove_abandoned(const fs::path& where) {
 
 }  // namespace
 
-Result<PictureRing> PictureRing::make() {
+Result<ImageRing> ImageRing::make() {
   std::error_code error;
   const fs::path memory = "/dev/shm";
   const fs::path where = fs::is_directory(memory, error) ? memory : fs::temp_directory_path(error);
@@ -47,17 +47,17 @@ Result<PictureRing> PictureRing::make() {
   std::string name = (where / fmt::format("{}{}-XXXXXX", kFolder, ::getpid())).string();
   if (mkdtemp(name.data()) == nullptr)
     return fail(ErrorCode::Unwritable, "cannot create a folder for images", {.source = where.string()});
-  return PictureRing(fs::path(name));
+  return ImageRing(fs::path(name));
 }
 
-PictureRing::~PictureRing() {
+ImageRing::~ImageRing() {
   std::error_code ignored;
   if (!folder_.empty()) fs::remove_all(folder_, ignored);
 }
 
-Result<std::string> PictureRing::put(std::span<const std::uint8_t> bytes) {
+Result<std::string> ImageRing::put(std::span<const std::uint8_t> bytes) {
   const fs::path unfinished = folder_ / "next";
-  const fs::path path = folder_ / fmt::format("{}.picture", next_++ % kNames);
+  const fs::path path = folder_ / fmt::format("{}.image", next_++ % kNames);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(unfinished.c_str(), "wb"),
                                                              &std::fclose);
   const bool written = file != nullptr &&
@@ -90,15 +90,15 @@ std::string one_line(const std::string& text) {
 
 }  // namespace
 
-PutPicture pictures_in_memory() {
-  auto made = PictureRing::make();
+PutImage images_in_memory() {
+  auto made = ImageRing::make();
   if (!made) return {};
-  const auto ring = std::make_shared<PictureRing>(std::move(*made));
+  const auto ring = std::make_shared<ImageRing>(std::move(*made));
   return [ring](std::span<const std::uint8_t> bytes) { return ring->put(bytes); };
 }
 
-SampleLines::SampleLines(std::string network, const std::string& robot_name, PutPicture put_picture)
-    : put_picture_(std::move(put_picture)), check_(std::move(network)) {
+SampleLines::SampleLines(std::string network, const std::string& robot_name, PutImage put_image)
+    : put_image_(std::move(put_image)), check_(std::move(network)) {
   (void)check_.read({.text = to_line(RobotHello{.name = robot_name})});
 }
 
@@ -108,9 +108,9 @@ Result<std::string> SampleLines::line_of(Sample sample, const std::string& topic
     return tl::unexpected(status.error());
   if (auto* frame = std::get_if<CameraFrame>(&sample)) {
     frame->camera = "cam";
-    const auto picture = encode_pnm(frame->image);
-    if (!picture) return tl::unexpected(picture.error());
-    return picture_line(frame->stamp, *picture);
+    const auto image = encode_pnm(frame->image);
+    if (!image) return tl::unexpected(image.error());
+    return image_line(frame->stamp, *image);
   }
   if (auto* tags = std::get_if<TagFrame>(&sample)) tags->camera = "cam";
   std::string line = to_line(sample);
@@ -119,18 +119,17 @@ Result<std::string> SampleLines::line_of(Sample sample, const std::string& topic
   return line;
 }
 
-Result<std::string> SampleLines::line_of(SensorTime stamp, const std::vector<std::uint8_t>& picture,
+Result<std::string> SampleLines::line_of(SensorTime stamp, const std::vector<std::uint8_t>& image,
                                          const std::string& topic, Duration arrived) {
   if (Status status = gate_.pass(topic, stamp, arrived, false); !status)
     return tl::unexpected(status.error());
-  return picture_line(stamp, picture);
+  return image_line(stamp, image);
 }
 
 /// Passes the path of a file if possible, which avoids encoding the image in base64 and JSON.
-Result<std::string> SampleLines::picture_line(SensorTime stamp,
-                                              const std::vector<std::uint8_t>& picture) const {
-  if (!put_picture_) return to_line(CameraFrame{.stamp = stamp}, picture);
-  const auto path = put_picture_(picture);
+Result<std::string> SampleLines::image_line(SensorTime stamp, const std::vector<std::uint8_t>& image) const {
+  if (!put_image_) return to_line(CameraFrame{.stamp = stamp}, image);
+  const auto path = put_image_(image);
   if (!path) return tl::unexpected(path.error());
   return fmt::format("{{\"type\":\"image\",\"stamp_ns\":{},\"path\":\"{}\"}}\n",
                      stamp.time_since_epoch().count(), *path);

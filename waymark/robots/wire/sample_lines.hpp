@@ -21,21 +21,21 @@ namespace waymark {
 /// Passes images to another process as files in memory: a ring of ten files in a folder in /dev/shm, or in
 /// the temporary folder if /dev/shm does not exist. Complete files are renamed into place. The destructor
 /// removes the folder.
-class PictureRing {
+class ImageRing {
  public:
-  static Result<PictureRing> make();
-  ~PictureRing();
-  PictureRing(PictureRing&& other) noexcept : folder_(std::exchange(other.folder_, {})), next_(other.next_) {}
-  PictureRing(const PictureRing&) = delete;
-  PictureRing& operator=(const PictureRing&) = delete;
-  PictureRing& operator=(PictureRing&&) = delete;
+  static Result<ImageRing> make();
+  ~ImageRing();
+  ImageRing(ImageRing&& other) noexcept : folder_(std::exchange(other.folder_, {})), next_(other.next_) {}
+  ImageRing(const ImageRing&) = delete;
+  ImageRing& operator=(const ImageRing&) = delete;
+  ImageRing& operator=(ImageRing&&) = delete;
 
   /// Writes the bytes to a file and returns its path. The file is overwritten ten images later.
   Result<std::string> put(std::span<const std::uint8_t> bytes);
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
 
  private:
-  explicit PictureRing(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  explicit ImageRing(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   std::filesystem::path folder_;
   unsigned next_ = 0;
@@ -43,23 +43,23 @@ class PictureRing {
 
 /// Writes an image, given as the bytes of a JPEG, PNG or PNM file, to a file for the other process and
 /// returns its path.
-using PutPicture = std::function<Result<std::string>(std::span<const std::uint8_t>)>;
-/// Writes to a PictureRing. Empty if one cannot be created, so that lines contain the images as base64.
-[[nodiscard]] PutPicture pictures_in_memory();
+using PutImage = std::function<Result<std::string>(std::span<const std::uint8_t>)>;
+/// Writes to an ImageRing. Empty if one cannot be created, so that lines contain the images as base64.
+[[nodiscard]] PutImage images_in_memory();
 
 /// Converts samples from a robot on a network to lines of a robot process (docs/formats/robot-process.md).
 /// Samples that the reader would reject, and those with misleading timestamps, are returned as errors for
-/// drop(), which counts and reports them. Pure except for `put_picture`.
+/// drop(), which counts and reports them. Pure except for `put_image`.
 class SampleLines {
  public:
   /// `network` is the name of the robot's network in errors.
-  SampleLines(std::string network, const std::string& robot_name, PutPicture put_picture);
+  SampleLines(std::string network, const std::string& robot_name, PutImage put_image);
 
   /// The line for a sample received on this topic. See StampGate::pass() for `arrived` and `leads`.
   [[nodiscard]] Result<std::string> line_of(Sample sample, const std::string& topic, Duration arrived,
                                             bool leads);
   /// The line for an encoded image.
-  [[nodiscard]] Result<std::string> line_of(SensorTime stamp, const std::vector<std::uint8_t>& picture,
+  [[nodiscard]] Result<std::string> line_of(SensorTime stamp, const std::vector<std::uint8_t>& image,
                                             const std::string& topic, Duration arrived);
 
   /// Counts a dropped message and reports it using DropReports.
@@ -74,10 +74,10 @@ class SampleLines {
   [[nodiscard]] std::optional<Duration> offset() const { return gate_.offset(); }
 
  private:
-  [[nodiscard]] Result<std::string> picture_line(SensorTime stamp,
-                                                 const std::vector<std::uint8_t>& picture) const;
+  [[nodiscard]] Result<std::string> image_line(SensorTime stamp,
+                                               const std::vector<std::uint8_t>& image) const;
 
-  PutPicture put_picture_;
+  PutImage put_image_;
   StampGate gate_{};
   RobotMessageReader check_;  ///< rejects lines that the reader in the other process would reject
   std::int64_t checked_ = 0;

@@ -31,10 +31,10 @@ using ::testing::SizeIs;
 
 SensorTime at_ms(int ms) { return SensorTime(seconds(1000) + milliseconds(ms)); }
 
-TEST(PictureRing, KeepsTheLastTenImagesAndRemovesItsFolder) {
+TEST(ImageRing, KeepsTheLastTenImagesAndRemovesItsFolder) {
   std::filesystem::path folder;
   {
-    auto ring = PictureRing::make();
+    auto ring = ImageRing::make();
     ASSERT_TRUE(ring);
     folder = ring->folder();
     std::vector<std::string> paths;
@@ -50,19 +50,19 @@ TEST(PictureRing, KeepsTheLastTenImagesAndRemovesItsFolder) {
   EXPECT_FALSE(std::filesystem::exists(folder));
 }
 
-TEST(PictureRing, RemovesTheFoldersOfKilledProcesses) {
+TEST(ImageRing, RemovesTheFoldersOfKilledProcesses) {
   const pid_t ended = fork();
   if (ended == 0) _exit(0);
   ASSERT_EQ(waitpid(ended, nullptr, 0), ended);
-  const auto beside = PictureRing::make().value().folder().parent_path();
+  const auto beside = ImageRing::make().value().folder().parent_path();
   const auto folder_of = [&](pid_t process) {
-    return beside / fmt::format("waymark-pictures-{}-test", process);
+    return beside / fmt::format("waymark-images-{}-test", process);
   };
-  const auto foreign = beside / fmt::format("waymark-pictures-x{}", ended);
+  const auto foreign = beside / fmt::format("waymark-images-x{}", ended);
   for (const auto& folder : {folder_of(ended), folder_of(getpid()), foreign})
     std::filesystem::create_directory(folder);
-  std::ofstream(folder_of(ended) / "3.picture") << "bytes";
-  ASSERT_TRUE(PictureRing::make());
+  std::ofstream(folder_of(ended) / "3.image") << "bytes";
+  ASSERT_TRUE(ImageRing::make());
   EXPECT_FALSE(std::filesystem::exists(folder_of(ended)));
   EXPECT_TRUE(std::filesystem::exists(folder_of(getpid()))) << "this process is running";
   EXPECT_TRUE(std::filesystem::exists(foreign)) << "the name does not contain a process id";

@@ -230,7 +230,7 @@ TEST(WaymarkDetector, RandomFramesAreRarelyTags) {
   const Family& kind = family(FamilyId::Tag36h11);
   Random random(41);
   std::size_t found = 0;
-  for (int picture = 0; picture < 12; ++picture) {
+  for (int index = 0; index < 12; ++index) {
     Image image(600, 440, 200);
     for (int row = 0; row < 9; ++row) {
       for (int column = 0; column < 12; ++column) {

@@ -39,7 +39,7 @@ void drive_and_localize(std::uint64_t seed, Figures& figures) {
                        .model = robot.model,
                        .camera = robot.camera,
                        .robot = robot.simulation,
-                       .pictures = DetectingCameraOptions{}};
+                       .images = DetectingCameraOptions{}};
   setup.robot.seed = seed;
   setup.robot.camera_rate_hz = 5;
   std::vector<Sample> samples;
@@ -77,7 +77,7 @@ void drive_and_localize(std::uint64_t seed, Figures& figures) {
 /// Errors within one lap are correlated, so NEES is over three laps. It is below 3, because the filter allows
 /// for errors of prints and lenses that these images do not have. (AprilTag 3 as the detector gives about the
 /// same.)
-TEST(LocalizationInPictures, OnCircuit24IsWithinACentimetreAndConsistent) {
+TEST(LocalizationInImages, OnCircuit24IsWithinACentimetreAndConsistent) {
   Figures figures;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) drive_and_localize(seed, figures);
   const double rmse_m = std::sqrt(figures.squared_m2 / figures.count);

@@ -1,4 +1,4 @@
-#include "waymark/app/detect/annotated_pictures.hpp"
+#include "waymark/app/detect/annotated_images.hpp"
 
 #include <cctype>
 #include <cmath>
@@ -33,14 +33,14 @@ std::string flattened(const std::string& path) {
 
 }  // namespace
 
-std::vector<std::string> annotation_names(const std::vector<std::string>& pictures) {
+std::vector<std::string> annotation_names(const std::vector<std::string>& images) {
   std::map<std::string, int> uses;
-  for (const std::string& picture : pictures) ++uses[lower(std::filesystem::path(picture).stem().string())];
+  for (const std::string& image : images) ++uses[lower(std::filesystem::path(image).stem().string())];
   std::set<std::string> taken;
   std::vector<std::string> names;
-  for (const std::string& picture : pictures) {
-    const std::string stem = std::filesystem::path(picture).stem().string();
-    const std::string base = uses[lower(stem)] == 1 ? stem : flattened(picture);
+  for (const std::string& image : images) {
+    const std::string stem = std::filesystem::path(image).stem().string();
+    const std::string base = uses[lower(stem)] == 1 ? stem : flattened(image);
     std::string name = base + ".png";
     for (int number = 2; !taken.insert(lower(name)).second; ++number)
       name = fmt::format("{}-{}.png", base, number);
@@ -68,9 +68,9 @@ Result<AnnotatedVideo> AnnotatedVideo::create(const std::string& path, const std
   return video;
 }
 
-Status AnnotatedVideo::add(const ColorImage& picture, std::optional<SensorTime> stamp) {
+Status AnnotatedVideo::add(const ColorImage& image, std::optional<SensorTime> stamp) {
   if (!writer_) {
-    Result<VideoWriter> made = VideoWriter::create(path_, picture.width(), picture.height(), options_);
+    Result<VideoWriter> made = VideoWriter::create(path_, image.width(), image.height(), options_);
     if (!made) return tl::unexpected(made.error());
     writer_ = std::move(*made);
   }
@@ -81,7 +81,7 @@ Status AnnotatedVideo::add(const ColorImage& picture, std::optional<SensorTime> 
     shown = *last_ + step;
   }
   last_ = shown;
-  return writer_->add(picture, shown);
+  return writer_->add(image, shown);
 }
 
 Status AnnotatedVideo::close() { return writer_ ? writer_->close() : Status(); }

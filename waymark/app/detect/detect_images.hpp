@@ -17,7 +17,7 @@ struct DetectJob {
   std::vector<std::string> sources{};  ///< files, folders, patterns, recordings or videos
   bool recursive = false;              ///< whether to search folders recursively
   std::optional<PoseSetup> poses{};
-  /// Where annotated pictures are written: a folder, or a video if the name has a video extension. If empty,
+  /// Where annotated images are written: a folder, or a video if the name has a video extension. If empty,
   /// none are written.
   std::string annotate_folder{};
 
@@ -33,22 +33,22 @@ struct DetectJob {
   }
 };
 
-/// Called for each picture, in order. `poses` either has one entry per detection or is empty. Returns whether
+/// Called for each image, in order. `poses` either has one entry per detection or is empty. Returns whether
 /// to continue.
-using EachDetected = std::function<bool(const PictureReport& report, const PoseList& poses)>;
+using EachDetected = std::function<bool(const ImageReport& report, const PoseList& poses)>;
 
-/// Detects tags in the pictures. If a picture fails, it is counted and noted, and its report contains the
-/// error, but the other pictures are still processed. The whole job fails if annotated pictures would
+/// Detects tags in the images. If an image fails, it is counted and noted, and its report contains the
+/// error, but the other images are still processed. The whole job fails if annotated images would
 /// overwrite inputs.
-[[nodiscard]] Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& finder,
-                                                    const JobControl& control, const EachDetected& each);
+[[nodiscard]] Result<DetectSummary> detect_images(const DetectJob& job, const TagFinder& finder,
+                                                  const JobControl& control, const EachDetected& each);
 
-/// Poses of the tags in a picture. Empty if the calibration is for a different image size; the report then
+/// Poses of the tags in an image. Empty if the calibration is for a different image size; the report then
 /// contains an error.
-[[nodiscard]] PoseList poses_for(PictureReport& report, const PoseSetup& setup);
+[[nodiscard]] PoseList poses_for(ImageReport& report, const PoseSetup& setup);
 
 /// The detections in one image as a text table that ends with a newline. report.detected must be set.
-[[nodiscard]] std::string to_text(const PictureReport& report);
+[[nodiscard]] std::string to_text(const ImageReport& report);
 
 /// Poses of the tags in one image as a text table that ends with a newline. It contains both solutions with
 /// standard deviations. Empty if there are no poses.

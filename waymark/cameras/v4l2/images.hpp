@@ -45,7 +45,7 @@ namespace waymark::internal {
 /// Computes steady-clock stamps of images, at the middle of the exposure. Images whose driver stamp is
 /// invalid (from another clock, in the future, too old, or decreasing) are stamped with their arrival time
 /// instead.
-class PictureStamps {
+class ImageStamps {
  public:
   struct Stamped {
     Duration stamp{};     ///< strictly increasing
@@ -70,7 +70,7 @@ class PictureStamps {
 /// Detects images that are black (covered lens) or that stay identical for a second. Identical images mean a
 /// frozen camera if the driver's numbers and stamps do not advance either. Otherwise the source may be static
 /// and free of noise, which is reported once. Samples one pixel in 61.
-class PictureFaults {
+class ImageFaults {
  public:
   /// Returns a message when a fault begins or ends. `stamp` is on the steady clock; `counted` means that the
   /// driver's number and stamp have advanced since the previous image.

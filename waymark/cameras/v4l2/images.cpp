@@ -1,4 +1,4 @@
-#include "waymark/cameras/v4l2/pictures.hpp"
+#include "waymark/cameras/v4l2/images.hpp"
 
 #include <algorithm>
 #include <array>
@@ -25,7 +25,7 @@ void take_luma(const std::uint8_t* from, std::uint8_t* to, int width) {
 
 Result<Image> from_jpeg(std::span<const std::uint8_t> bytes, const RawLayout& layout) {
   const DecodeOptions options{.max_pixels = std::int64_t{layout.width} * layout.height};
-  Result<Image> image = decode_image(bytes, "picture of the camera", options);
+  Result<Image> image = decode_image(bytes, "image of the camera", options);
   if (!image) return image;
   if (image->width() == layout.width && image->height() == layout.height) return image;
   return fail(ErrorCode::Unreadable, fmt::format("the image has {} x {} px, expected {} x {}", image->width(),
@@ -92,7 +92,7 @@ constexpr Duration kMaxAge = std::chrono::seconds(2);
 
 }  // namespace
 
-const char* PictureStamps::fault_of(const std::optional<Duration>& driver, Duration arrived) const {
+const char* ImageStamps::fault_of(const std::optional<Duration>& driver, Duration arrived) const {
   if (!driver) return "are not of the steady clock";
   if (*driver > arrived + kMaxAhead) return "are in the future";
   if (*driver < arrived - kMaxAge) return "are more than two seconds old";
@@ -100,8 +100,8 @@ const char* PictureStamps::fault_of(const std::optional<Duration>& driver, Durat
   return nullptr;
 }
 
-PictureStamps::Stamped PictureStamps::add(std::optional<Duration> driver, bool start_of_exposure,
-                                          std::optional<Duration> exposure, Duration arrived) {
+ImageStamps::Stamped ImageStamps::add(std::optional<Duration> driver, bool start_of_exposure,
+                                      std::optional<Duration> exposure, Duration arrived) {
   const char* fault = fault_of(driver, arrived);
   if (driver) last_driver_ = driver;
   if (fault != nullptr && !std::exchange(reported_, true))
@@ -113,13 +113,13 @@ PictureStamps::Stamped PictureStamps::add(std::optional<Duration> driver, bool s
   return {last_, fault == nullptr};
 }
 
-std::optional<std::string> PictureStamps::take_reports() { return std::exchange(report_, std::nullopt); }
+std::optional<std::string> ImageStamps::take_reports() { return std::exchange(report_, std::nullopt); }
 
 namespace {
 
 constexpr int kStep = 61;  // not a divisor of common widths, so that samples do not align in columns
 constexpr Duration kMinFrozenTime = std::chrono::seconds(1);
-constexpr int kFrozenPictures = 10;
+constexpr int kFrozenImages = 10;
 constexpr int kBlack = 24;         // black is 16 in video range
 constexpr int kBlackContrast = 8;  // noise in the dark
 
@@ -132,7 +132,7 @@ void sample(const ImageView& image, std::vector<std::uint8_t>& to) {
 
 }  // namespace
 
-PictureFaults::Fault PictureFaults::fault_of(const ImageView& image, Duration stamp, bool counted) {
+ImageFaults::Fault ImageFaults::fault_of(const ImageView& image, Duration stamp, bool counted) {
   std::swap(before_, sampled_);
   sample(image, sampled_);
   if (sampled_ != before_) {
@@ -145,11 +145,11 @@ PictureFaults::Fault PictureFaults::fault_of(const ImageView& image, Duration st
   const auto [darkest, brightest] = std::ranges::minmax_element(sampled_);
   if (sampled_.empty()) return Fault::None;
   if (*brightest <= kBlack && *brightest - *darkest <= kBlackContrast) return Fault::Black;
-  if (same_ < kFrozenPictures || stamp - same_since_ < kMinFrozenTime) return Fault::None;
+  if (same_ < kFrozenImages || stamp - same_since_ < kMinFrozenTime) return Fault::None;
   return same_uncounted_ > same_ / 2 ? Fault::Frozen : Fault::Still;
 }
 
-std::optional<std::string> PictureFaults::add(const ImageView& image, Duration stamp, bool counted) {
+std::optional<std::string> ImageFaults::add(const ImageView& image, Duration stamp, bool counted) {
   const Fault fault = fault_of(image, stamp, counted);
   if (fault == fault_) return std::nullopt;
   const Fault before = std::exchange(fault_, fault);

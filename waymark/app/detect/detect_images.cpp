@@ -1,4 +1,4 @@
-#include "waymark/app/detect/detect_pictures.hpp"
+#include "waymark/app/detect/detect_images.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/camera_description.hpp"
-#include "waymark/app/detect/annotated_pictures.hpp"
+#include "waymark/app/detect/annotated_images.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/codecs/image_file.hpp"
@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where annotated pictures are written.
+/// Where annotated images are written.
 struct Annotations {
   fs::path folder;                      ///< empty if none are written to a folder
   std::optional<AnnotatedVideo> video;  ///< used instead of a folder
@@ -73,14 +73,14 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
 }
 
 /// `name` for an image file. For an image in a recording, the timestamp is added: "lap_12.345000000.png".
-std::string annotation_name(const std::string& name, const PictureReport& report, const Input& input) {
+std::string annotation_name(const std::string& name, const ImageReport& report, const Input& input) {
   if (report.image == input.path) return name;
   const std::size_t stamp = report.image.rfind('#');
   return fmt::format("{}_{}.png", fs::path(name).stem().string(), report.image.substr(stamp + 1));
 }
 
 Status write_annotated(Annotations& annotations, const std::string& name, const Input& input,
-                       const PictureReport& report, const ImageView& image,
+                       const ImageReport& report, const ImageView& image,
                        const std::vector<plot::FrameAxes>& axes) {
   const auto drawn = plot::annotate(image, report.detections, axes);
   if (!drawn) return tl::unexpected(drawn.error());
@@ -90,21 +90,21 @@ Status write_annotated(Annotations& annotations, const std::string& name, const 
 
 }  // namespace
 
-PoseList poses_for(PictureReport& report, const PoseSetup& setup) {
+PoseList poses_for(ImageReport& report, const PoseSetup& setup) {
   if (report.width_px == 0) return {};
-  if (const Status fits = check_picture_size(setup.camera, report.width_px, report.height_px); !fits) {
+  if (const Status fits = check_image_size(setup.camera, report.width_px, report.height_px); !fits) {
     if (!report.error) report.error = fits.error();
     return {};
   }
   return poses_of(report.detections, setup);
 }
 
-Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& finder,
-                                      const JobControl& control, const EachDetected& each) {
+Result<DetectSummary> detect_images(const DetectJob& job, const TagFinder& finder, const JobControl& control,
+                                    const EachDetected& each) {
   const std::vector<Input> inputs = find_inputs(job.sources, job.recursive);
   auto annotations = prepare_annotations(job.annotate_folder, inputs, control);
   if (!annotations) return tl::unexpected(annotations.error());
-  const auto on_picture = [&](std::size_t i, PictureReport& report, const ImageView& image) {
+  const auto on_image = [&](std::size_t i, ImageReport& report, const ImageView& image) {
     const PoseList poses = job.poses ? poses_for(report, *job.poses) : PoseList();
     const bool annotate = annotations->video || !annotations->folder.empty();
     if (annotate && report.detected) {
@@ -117,7 +117,7 @@ Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& fin
     return each(report, poses);
   };
   DetectSummary summary =
-      detect_all(inputs, finder, job.poses ? &job.poses->camera : nullptr, control, on_picture);
+      detect_all(inputs, finder, job.poses ? &job.poses->camera : nullptr, control, on_image);
   summary.annotations_failed = annotations->failed;
   const Status closed = annotations->video ? annotations->video->close() : Status();
   if (!closed) {
@@ -152,7 +152,7 @@ std::string row(const std::string& name, const TagPoseSolution& solution) {
 
 }  // namespace
 
-std::string to_text(const PictureReport& report) {
+std::string to_text(const ImageReport& report) {
   std::string text = fmt::format("{}: {} in {} x {} px\n", report.image,
                                  counted(report.detections.size(), "tag"), report.width_px, report.height_px);
   if (report.detections.empty()) return text;

@@ -1,5 +1,5 @@
-/** A picture in a form that the page can draw. */
-export type Picture =
+/** An image in a form that the page can draw. */
+export type SourceImage =
   | { readonly kind: "rgba"; readonly width: number; readonly height: number; readonly rgba: Uint8ClampedArray<ArrayBuffer> }
   | { readonly kind: "file"; readonly mime: string; readonly bytes: Uint8Array<ArrayBuffer> };
 
@@ -19,7 +19,7 @@ const layouts: Record<string, readonly [number, number, number, number]> = {
 };
 
 /** Converts a sensor_msgs/Image; throws an error with the reason if it cannot be drawn. */
-export function pictureOf(image: RawImage): Picture {
+export function imageOf(image: RawImage): SourceImage {
   const { width, height, step, encoding, data } = image;
   const sixteen = encoding === "mono16" || encoding === "16UC1";
   const high = image.is_bigendian ? 0 : 1;
@@ -41,7 +41,7 @@ export function pictureOf(image: RawImage): Picture {
 }
 
 /** Converts a sensor_msgs/CompressedImage, recognised by its first bytes. */
-export function compressedPictureOf(data: Uint8Array): Picture {
+export function compressedImageOf(data: Uint8Array): SourceImage {
   const mime = data[0] === 0x89 && data[1] === 0x50 ? "image/png" : data[0] === 0xff && data[1] === 0xd8 ? "image/jpeg" : "";
   if (mime === "") throw new Error("the compressed image is neither JPEG nor PNG");
   return { kind: "file", mime, bytes: data.slice() };

@@ -1,6 +1,6 @@
 // Detection in images and videos with drawn tags: tables, scores, annotated output, and conversion to a
 // recording.
-#include "waymark/app/detect/detect_pictures.hpp"
+#include "waymark/app/detect/detect_images.hpp"
 
 #include <filesystem>
 #include <sstream>
@@ -40,7 +40,7 @@ TagFinder default_finder() {
   return {.detector = std::move(make_apriltag_detector({}).value()), .refinement = RefinementOptions{}};
 }
 
-class DetectPictures : public ::testing::Test {
+class DetectImages : public ::testing::Test {
  protected:
   void SetUp() override {
     Image image(320, 240);
@@ -48,7 +48,7 @@ class DetectPictures : public ::testing::Test {
       for (int x = 0; x < image.width(); ++x) image.row(y)[x] = 180;
     testing::paint_tag(image, kTag, corners_);
     ASSERT_TRUE(write_image(folder_ / "tag.png", image));
-    ASSERT_TRUE(write_text_file(folder_ / "broken.png", "no picture"));
+    ASSERT_TRUE(write_text_file(folder_ / "broken.png", "no image"));
   }
   [[nodiscard]] std::string at(const std::string& name) const { return (folder_ / name).string(); }
 
@@ -57,20 +57,19 @@ class DetectPictures : public ::testing::Test {
   TagFinder finder_ = default_finder();
 };
 
-TEST_F(DetectPictures, FindsPaintedTagsAndCountsFailures) {
-  std::vector<PictureReport> seen;
+TEST_F(DetectImages, FindsPaintedTagsAndCountsFailures) {
+  std::vector<ImageReport> seen;
   std::vector<std::string> notes;
   JobControl control;
   control.note = [&](const std::string& words) { notes.push_back(words); };
   const DetectJob job{.sources = {at("tag.png"), at("broken.png"), at("missing.png")},
                       .annotate_folder = at("annotated")};
-  const auto summary =
-      detect_pictures(job, finder_, control, [&](const PictureReport& report, const PoseList&) {
-        seen.push_back(report);
-        return true;
-      });
+  const auto summary = detect_images(job, finder_, control, [&](const ImageReport& report, const PoseList&) {
+    seen.push_back(report);
+    return true;
+  });
   ASSERT_TRUE(summary) << to_string(summary.error());
-  EXPECT_EQ(summary->pictures, 1U);
+  EXPECT_EQ(summary->images, 1U);
   EXPECT_EQ(summary->tags, 1U);
   EXPECT_EQ(summary->failed, 2U);
   EXPECT_EQ(notes.size(), 2U);
@@ -81,18 +80,17 @@ TEST_F(DetectPictures, FindsPaintedTagsAndCountsFailures) {
   EXPECT_TRUE(fs::exists(folder_ / "annotated" / "tag.png"));
 }
 
-TEST_F(DetectPictures, EstimatesTheDistanceOfATag) {
+TEST_F(DetectImages, EstimatesTheDistanceOfATag) {
   const double focal_px = 300;
   const CameraModel camera =
       CameraModel::make(PinholeRadtan{.fx = focal_px, .fy = focal_px, .cx = 160, .cy = 120}, 320, 240)
           .value();
   const DetectJob job{.sources = {at("tag.png")}, .poses = PoseSetup{camera, {.default_size_m = 0.16}}};
   nlohmann::ordered_json json;
-  const auto summary =
-      detect_pictures(job, finder_, {}, [&](const PictureReport& report, const PoseList& poses) {
-        json = to_json(fields(PictureLine{report, poses}));
-        return true;
-      });
+  const auto summary = detect_images(job, finder_, {}, [&](const ImageReport& report, const PoseList& poses) {
+    json = to_json(fields(ImageLine{report, poses}));
+    return true;
+  });
   ASSERT_TRUE(summary);
   EXPECT_NEAR(json["detections"][0]["pose"]["cam_t_tag_m"][2].get<double>(), 0.16 * focal_px / 80, 0.01);
 }
@@ -107,14 +105,14 @@ class DetectThroughALens : public ::testing::Test {
                             SE3(SO3::exp({0.2, -0.1 * i, 0.3 * i}), {-0.36 + 0.24 * i, 0.11 - 0.06 * i, 0.5}),
                             0.12});
     Random random(5);
-    Photograph picture = photograph(lens_, scene, {.background = "flat"}, random).value();
-    ASSERT_TRUE(write_image(folder_ / "tags.png", picture.image));
+    Photograph photo = photograph(lens_, scene, {.background = "flat"}, random).value();
+    ASSERT_TRUE(write_image(folder_ / "tags.png", photo.image));
     auto recorder = SampleRecorder::open(std::move(*create_file(folder_ / "tags.mcap")));
     ASSERT_TRUE(recorder);
     ASSERT_TRUE(recorder->add(
-        CameraFrame{.stamp = SensorTime(std::chrono::seconds(1)), .image = std::move(picture.image)}));
+        CameraFrame{.stamp = SensorTime(std::chrono::seconds(1)), .image = std::move(photo.image)}));
     ASSERT_TRUE(recorder->close());
-    truth_ = std::move(picture.tags);
+    truth_ = std::move(photo.tags);
   }
 
   /// RMS error of the detected corners.
@@ -122,7 +120,7 @@ class DetectThroughALens : public ::testing::Test {
     double sum = 0;
     int corners = 0;
     const DetectJob job{.sources = {(folder_ / name).string()}, .poses = poses};
-    const auto summary = detect_pictures(job, finder_, {}, [&](const PictureReport& report, const PoseList&) {
+    const auto summary = detect_images(job, finder_, {}, [&](const ImageReport& report, const PoseList&) {
       for (const TagDetection& seen : report.detections) {
         for (std::size_t k = 0; k < 4; ++k, ++corners)
           sum += (seen.corners_px[k] - truth_.at(static_cast<std::size_t>(seen.tag.number)).corners_px[k])
@@ -162,32 +160,32 @@ TEST_F(DetectThroughALens, IgnoresALensForAnotherImageSize) {
   EXPECT_EQ(rms_px("tags.png", half), rms_px("tags.png", std::nullopt));
 }
 
-TEST_F(DetectPictures, RefusesToOverwriteInputs) {
+TEST_F(DetectImages, RefusesToOverwriteInputs) {
   const DetectJob job{.sources = {at("tag.png")}, .annotate_folder = folder_.string()};
   const auto summary =
-      detect_pictures(job, finder_, {}, [](const PictureReport&, const PoseList&) { return true; });
+      detect_images(job, finder_, {}, [](const ImageReport&, const PoseList&) { return true; });
   ASSERT_FALSE(summary);
   EXPECT_EQ(summary.error().place.key, folder_.string());
 }
 
-TEST_F(DetectPictures, StopsBetweenTwoPictures) {
+TEST_F(DetectImages, StopsBetweenTwoImages) {
   const std::vector<Input> inputs = find_inputs({at("tag.png"), at("broken.png")}, false);
-  int pictures = 0;
+  int images = 0;
   const auto count = [&](bool go_on) {
-    return [&pictures, go_on](std::size_t, PictureReport&, const ImageView&) {
-      ++pictures;
+    return [&images, go_on](std::size_t, ImageReport&, const ImageView&) {
+      ++images;
       return go_on;
     };
   };
   EXPECT_FALSE(detect_all(inputs, finder_, nullptr, {}, count(false)).stopped);
-  EXPECT_EQ(pictures, 1) << "the callback returned false";
+  EXPECT_EQ(images, 1) << "the callback returned false";
   JobControl control;
-  control.cancelled = [&] { return pictures >= 2; };
+  control.cancelled = [&] { return images >= 2; };
   EXPECT_TRUE(detect_all(inputs, finder_, nullptr, control, count(true)).stopped);
-  EXPECT_EQ(pictures, 2);
+  EXPECT_EQ(images, 2);
 }
 
-TEST_F(DetectPictures, ScoresDetectionsWithGroundTruth) {
+TEST_F(DetectImages, ScoresDetectionsWithGroundTruth) {
   std::string truth = "image,id,x0,y0,x1,y1,x2,y2,x3,y3\ntag.png,7";
   for (const Eigen::Vector2d& corner : corners_) truth += fmt::format(",{},{}", corner.x(), corner.y());
   ASSERT_TRUE(write_text_file(folder_ / "truth.csv", truth + "\n"));
@@ -208,15 +206,15 @@ TEST_F(DetectPictures, ScoresDetectionsWithGroundTruth) {
 }
 
 /// The JSON output of `waymark detect` for a board of 6 x 5 tags of 4 cm, projected without noise.
-std::string board_detections(const CameraModel& camera, int pictures) {
+std::string board_detections(const CameraModel& camera, int images) {
   const TargetOptions board{.columns = 6, .rows = 5, .tag_size_m = 0.04};
   const TagMap tags = CalibrationTarget::make(board)->tags();
   std::string lines;
-  for (int i = 0; i < pictures; ++i) {
+  for (int i = 0; i < images; ++i) {
     const SO3 tilt =
         SO3::exp({to_radians(30) * std::cos(2.0 * i), to_radians(30) * std::sin(2.0 * i), 0.1 * i});
     const SE3 cam_T_board(tilt, {0.03 * (i % 3 - 1), 0.02 * (i % 2), 0.35 + 0.02 * i});
-    PictureReport report{
+    ImageReport report{
         .image = fmt::format("{}.png", i), .width_px = 640, .height_px = 480, .detected = true};
     for (const auto& [id, tag] : tags.tags) {
       TagDetection detection{.tag = id};
@@ -230,12 +228,12 @@ std::string board_detections(const CameraModel& camera, int pictures) {
       detection.corner_covariance_px2 = CornerCovariance::Identity() * 0.01;
       if (whole) report.detections.push_back(detection);
     }
-    lines += json_line(fields(PictureLine{.report = report, .with_covariance = true}));
+    lines += json_line(fields(ImageLine{.report = report, .with_covariance = true}));
   }
   return lines;
 }
 
-TEST_F(DetectPictures, DetectionsCalibrateACamera) {
+TEST_F(DetectImages, DetectionsCalibrateACamera) {
   const CameraModel truth =
       CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236}, 640, 480).value();
   ASSERT_TRUE(write_text_file(folder_ / "tags.jsonl", board_detections(truth, 10)));
@@ -248,7 +246,7 @@ TEST_F(DetectPictures, DetectionsCalibrateACamera) {
   ASSERT_TRUE(check_outputs(job.fit));
   const auto report = calibrate_camera(job, *target, finder_, {});
   ASSERT_TRUE(report) << to_string(report.error());
-  EXPECT_EQ(report->pictures.size(), 10U);
+  EXPECT_EQ(report->images.size(), 10U);
   ASSERT_EQ(report->found.names[0], "fx_px");
   EXPECT_NEAR(report->found.parameters[0], 512, 0.01);
   EXPECT_FALSE(fs::exists(job.fit.output)) << "nothing is written yet";
@@ -256,7 +254,7 @@ TEST_F(DetectPictures, DetectionsCalibrateACamera) {
   const auto read = read_camera(job.fit.camera_info, "");
   ASSERT_TRUE(read) << to_string(read.error());
   EXPECT_EQ(read->camera.width_px(), 640);
-  EXPECT_EQ(to_json(fields(*report))["pictures"].size(), 10U);
+  EXPECT_EQ(to_json(fields(*report))["images"].size(), 10U);
 }
 
 TagDetection square(int number, double left_px, double side_px) {
@@ -280,7 +278,7 @@ std::vector<std::string> columns_of(const std::string& line) {
 }
 
 TEST(DetectionsText, HasOneRowPerTag) {
-  PictureReport report{.image = "a.png", .width_px = 640, .height_px = 480, .detected = true};
+  ImageReport report{.image = "a.png", .width_px = 640, .height_px = 480, .detected = true};
   EXPECT_EQ(to_text(report), "a.png: 0 tags in 640 x 480 px\n");
   report.detections = {square(3, 50, 40)};
   EXPECT_THAT(to_text(report), HasSubstr("a.png: 1 tag in"));
@@ -294,7 +292,7 @@ TEST(DetectionsText, HasOneRowPerTag) {
 }
 
 TEST(DetectionsText, UnrefinedCornersAreReportedWithTheReason) {
-  PictureReport report{.image = "a.png", .width_px = 640, .height_px = 480, .detected = true};
+  ImageReport report{.image = "a.png", .width_px = 640, .height_px = 480, .detected = true};
   report.detections = {square(3, 50, 40), square(4, 150, 40)};
   report.refinements = {RefinementOutcome::Refined, RefinementOutcome::TooSmall};
   const auto lines = lines_of(to_text(report));
@@ -326,7 +324,7 @@ TEST(DetectionsText, PosesHaveBothSolutionsOrTheErrorMessage) {
 }
 
 constexpr TagId kVideoTag{FamilyId::Tag36h11, 7};
-constexpr int kPictures = 12;
+constexpr int kImages = 12;
 
 testing::TagCorners corners_at(int k) {
   return testing::square_corners({100.3 + 9 * k, 120.7 + 2 * k}, 80, 0.2 + 0.03 * k);
@@ -341,7 +339,7 @@ class TagVideo : public ::testing::Test {
     auto writer = VideoWriter::create(at("walk.mp4"), 320, 240, {.quality = 8, .rotation_deg = 90});
     if (!writer && writer.error().code == ErrorCode::Unsupported) GTEST_SKIP() << to_string(writer.error());
     ASSERT_TRUE(writer) << to_string(writer.error());
-    for (int k = 0; k < kPictures; ++k) {
+    for (int k = 0; k < kImages; ++k) {
       Image image(320, 240, 180);
       testing::paint_tag(image, kVideoTag, corners_at(k));
       ASSERT_TRUE(writer->add(image.view(), video_stamp(k)));
@@ -356,20 +354,20 @@ class TagVideo : public ::testing::Test {
 };
 
 TEST_F(TagVideo, ReportsEveryImageWithItsStamp) {
-  std::vector<PictureReport> seen;
+  std::vector<ImageReport> seen;
   std::vector<std::string> notes;
   JobControl control;
   control.note = [&](const std::string& words) { notes.push_back(words); };
-  const auto summary = detect_pictures({.sources = {at("walk.mp4")}}, finder_, control,
-                                       [&](const PictureReport& report, const PoseList&) {
-                                         seen.push_back(report);
-                                         return true;
-                                       });
+  const auto summary = detect_images({.sources = {at("walk.mp4")}}, finder_, control,
+                                     [&](const ImageReport& report, const PoseList&) {
+                                       seen.push_back(report);
+                                       return true;
+                                     });
   ASSERT_TRUE(summary) << to_string(summary.error());
   EXPECT_EQ(summary->failed, 0U);
-  ASSERT_EQ(seen.size(), static_cast<std::size_t>(kPictures));
-  for (int k = 0; k < kPictures; ++k) {
-    const PictureReport& report = seen[static_cast<std::size_t>(k)];
+  ASSERT_EQ(seen.size(), static_cast<std::size_t>(kImages));
+  for (int k = 0; k < kImages; ++k) {
+    const ImageReport& report = seen[static_cast<std::size_t>(k)];
     ASSERT_EQ(report.detections.size(), 1U) << k;
     EXPECT_EQ(report.detections[0].tag, kVideoTag);
     EXPECT_LT(testing::max_corner_error_px(report.detections[0].corners_px, corners_at(k)), 0.15) << k;
@@ -388,27 +386,26 @@ TEST_F(TagVideo, ACalibrationOfAnotherSizeIsReportedOnce) {
   control.note = [&](const std::string& words) { notes.push_back(words); };
   std::size_t errors = 0;
   const DetectJob job{.sources = {at("walk.mp4")}, .poses = PoseSetup{.camera = camera}};
-  const auto summary =
-      detect_pictures(job, finder_, control, [&](const PictureReport& report, const PoseList&) {
-        errors += report.error ? 1 : 0;
-        return true;
-      });
+  const auto summary = detect_images(job, finder_, control, [&](const ImageReport& report, const PoseList&) {
+    errors += report.error ? 1 : 0;
+    return true;
+  });
   ASSERT_TRUE(summary) << to_string(summary.error());
-  EXPECT_EQ(summary->failed, static_cast<std::size_t>(kPictures));
-  EXPECT_EQ(errors, static_cast<std::size_t>(kPictures)) << "every report contains an error";
+  EXPECT_EQ(summary->failed, static_cast<std::size_t>(kImages));
+  EXPECT_EQ(errors, static_cast<std::size_t>(kImages)) << "every report contains an error";
   EXPECT_THAT(notes, ::testing::UnorderedElementsAre(HasSubstr("640x480"), HasSubstr("rotation")));
 }
 
 TEST_F(TagVideo, WritesAnAnnotatedVideo) {
   const DetectJob job{.sources = {at("walk.mp4")}, .annotate_folder = at("seen.mp4")};
   const auto summary =
-      detect_pictures(job, finder_, {}, [](const PictureReport&, const PoseList&) { return true; });
+      detect_images(job, finder_, {}, [](const ImageReport&, const PoseList&) { return true; });
   ASSERT_TRUE(summary) << to_string(summary.error());
   EXPECT_FALSE(summary->annotations_failed);
   auto reader = VideoReader::open(at("seen.mp4"));
   ASSERT_TRUE(reader) << to_string(reader.error());
   EXPECT_NEAR(reader->info().rotation_deg, 90, 1e-6);
-  for (int k = 0; k < kPictures; ++k) {
+  for (int k = 0; k < kImages; ++k) {
     const auto frame = reader->next();
     ASSERT_TRUE(frame && *frame);
     EXPECT_EQ((*frame)->stamp, video_stamp(k));
@@ -417,12 +414,12 @@ TEST_F(TagVideo, WritesAnAnnotatedVideo) {
 }
 
 TEST_F(TagVideo, CancellingKeepsTheAnnotatedVideoSoFar) {
-  int pictures = 0;
+  int images = 0;
   JobControl control;
-  control.cancelled = [&] { return pictures >= 4; };
+  control.cancelled = [&] { return images >= 4; };
   const DetectJob job{.sources = {at("walk.mp4")}, .annotate_folder = at("seen.mkv")};
-  const auto summary = detect_pictures(job, finder_, control, [&](const PictureReport&, const PoseList&) {
-    ++pictures;
+  const auto summary = detect_images(job, finder_, control, [&](const ImageReport&, const PoseList&) {
+    ++images;
     return true;
   });
   ASSERT_TRUE(summary);
@@ -441,7 +438,7 @@ TEST_F(TagVideo, CancellingKeepsTheAnnotatedVideoSoFar) {
 TEST_F(TagVideo, RefusesToOverwriteTheInputVideo) {
   const DetectJob job{.sources = {at("walk.mp4")}, .annotate_folder = at("walk.mp4")};
   const auto summary =
-      detect_pictures(job, finder_, {}, [](const PictureReport&, const PoseList&) { return true; });
+      detect_images(job, finder_, {}, [](const ImageReport&, const PoseList&) { return true; });
   ASSERT_FALSE(summary);
   EXPECT_EQ(summary.error().code, ErrorCode::InvalidArgument);
 }
@@ -453,25 +450,25 @@ TEST_F(TagVideo, BecomesARecordingOfTagsAndImages) {
                             .output = at("walk.mcap"),
                             .camera = camera,
                             .sizes = {.default_size_m = 0.165},
-                            .pictures = "raw"};
+                            .images = "raw"};
   const auto found = convert_video(job, finder_, {});
   ASSERT_TRUE(found) << to_string(found.error());
-  EXPECT_EQ(found->tags, static_cast<std::size_t>(kPictures));
+  EXPECT_EQ(found->tags, static_cast<std::size_t>(kImages));
   const auto json = to_json(fields(ConvertedVideo{job.input, job.output, *found}));
   EXPECT_EQ(json["output"], job.output);
-  EXPECT_EQ(json["pictures"], kPictures);
+  EXPECT_EQ(json["images"], kImages);
   EXPECT_FALSE(json["codec"].get<std::string>().empty());
   const auto log = open_log(job.output);
   ASSERT_TRUE(log) << to_string(log.error());
   std::vector<TagFrame> tags;
-  std::size_t pictures = 0;
+  std::size_t images = 0;
   ASSERT_TRUE((*log)->visit_samples({}, [&](const Sample& sample) -> Status {
     if (const auto* frame = std::get_if<TagFrame>(&sample)) tags.push_back(*frame);
-    pictures += std::holds_alternative<CameraFrame>(sample) ? 1 : 0;
+    images += std::holds_alternative<CameraFrame>(sample) ? 1 : 0;
     return {};
   }));
-  EXPECT_EQ(pictures, static_cast<std::size_t>(kPictures));
-  ASSERT_EQ(tags.size(), static_cast<std::size_t>(kPictures));
+  EXPECT_EQ(images, static_cast<std::size_t>(kImages));
+  ASSERT_EQ(tags.size(), static_cast<std::size_t>(kImages));
   EXPECT_EQ(tags[5].stamp, video_stamp(5));
   ASSERT_EQ(tags[5].detections.size(), 1U);
   EXPECT_TRUE(tags[5].detections[0].corner_covariance_px2);

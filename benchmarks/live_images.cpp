@@ -1,7 +1,7 @@
 // A robot with a camera of any rate: the images of a recording with their tags, read in advance, go through
 // the real feed and server to the page, stamped at publication. For viewer/test/age.mjs, which measures their
 // age on the screen; a simulator that renders 30 images per second would leave the browser no processor time.
-// Ends with its input. usage: live_pictures RECORDING [HZ]
+// Ends with its input. usage: live_images RECORDING [HZ]
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -25,7 +25,7 @@ using namespace waymark;
 constexpr std::size_t kMaxImages = 300;  // 92 MB
 
 struct Seen {
-  CameraFrame picture{};
+  CameraFrame image{};
   TagFrame tags{};
   Odometry odometry{};
 };
@@ -35,15 +35,15 @@ Result<std::vector<Seen>> read(MessageLog& log) {
   Seen next;
   const Status status = log.visit_samples({}, [&](const Sample& sample) -> Status {
     if (const auto* odometry = std::get_if<Odometry>(&sample)) next.odometry = *odometry;
-    if (const auto* picture = std::get_if<CameraFrame>(&sample)) next.picture = *picture;
+    if (const auto* image = std::get_if<CameraFrame>(&sample)) next.image = *image;
     const auto* tags = std::get_if<TagFrame>(&sample);
-    if (tags == nullptr || tags->stamp != next.picture.stamp || all.size() >= kMaxImages) return {};
+    if (tags == nullptr || tags->stamp != next.image.stamp || all.size() >= kMaxImages) return {};
     next.tags = *tags;
     all.push_back(next);
     return {};
   });
   if (!status) return tl::unexpected(status.error());
-  if (all.empty()) return fail(ErrorCode::NotFound, "no pictures with tags of the same stamp");
+  if (all.empty()) return fail(ErrorCode::NotFound, "no images with tags of the same stamp");
   return all;
 }
 
@@ -64,9 +64,9 @@ void publish_all(LiveFeed& feed, const std::vector<Seen>& seen, double hz) {
     const std::size_t at = i % turn;
     Seen now = seen[at < seen.size() ? at : turn - 1 - at];
     const std::int64_t now_ns = std::chrono::system_clock::now().time_since_epoch().count();
-    now.picture.stamp = now.tags.stamp = now.odometry.stamp = SensorTime(Duration(now_ns));
+    now.image.stamp = now.tags.stamp = now.odometry.stamp = SensorTime(Duration(now_ns));
     feed.publish(Sample(now.odometry), now_ns);
-    feed.publish(Sample(std::move(now.picture)), now_ns);
+    feed.publish(Sample(std::move(now.image)), now_ns);
     feed.publish(Sample(std::move(now.tags)), now_ns);
     feed.set_status({.phase = "replaying", .driven_m = static_cast<double>(i) / hz});
   }
@@ -80,7 +80,7 @@ Status run(const char* path, double hz) {
   const auto setup = (*log)->setup();
   if (!setup) return tl::unexpected(setup.error());
   LiveFeed feed;
-  auto server = HttpServer::listen({.port = 0, .feed = &feed, .robot_name = "pictures"});
+  auto server = HttpServer::listen({.port = 0, .feed = &feed, .robot_name = "images"});
   if (!server) return tl::unexpected(server.error());
   if (setup->camera && setup->base_T_cam) feed.show_camera(*setup->camera, *setup->base_T_cam);
   std::atomic<bool> over{false};
@@ -97,7 +97,7 @@ Status run(const char* path, double hz) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fputs("usage: live_pictures RECORDING [HZ]\n", stderr);
+    std::fputs("usage: live_images RECORDING [HZ]\n", stderr);
     return 2;
   }
   const waymark::Status status = run(argv[1], argc > 2 ? std::atof(argv[2]) : 30);

@@ -1,5 +1,5 @@
 // Tests of the stamps, conversion and faults of images, without a device.
-#include "waymark/cameras/v4l2/pictures.hpp"
+#include "waymark/cameras/v4l2/images.hpp"
 
 #include <set>
 #include <string>
@@ -14,16 +14,16 @@
 namespace waymark {
 namespace {
 
-using internal::PictureFaults;
-using internal::PictureStamps;
+using internal::ImageFaults;
+using internal::ImageStamps;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-TEST(PictureStamps, AreAtTheMiddleOfTheExposureForStampsOfStartAndEnd) {
+TEST(ImageStamps, AreAtTheMiddleOfTheExposureForStampsOfStartAndEnd) {
   const Duration exposure = milliseconds(8);
-  PictureStamps begins;
-  PictureStamps ends;
+  ImageStamps begins;
+  ImageStamps ends;
   for (int i = 1; i <= 20; ++i) {
     const Duration start = milliseconds(1000 + 33 * i);
     const auto by_start = begins.add(start, true, exposure, start + milliseconds(30));
@@ -36,10 +36,10 @@ TEST(PictureStamps, AreAtTheMiddleOfTheExposureForStampsOfStartAndEnd) {
 }
 
 // Whatever the driver stamps are, the computed stamps increase and are not later than the arrival.
-TEST(PictureStamps, IncreaseForAnyDriverStamps) {
+TEST(ImageStamps, IncreaseForAnyDriverStamps) {
   Random random(20261124);
   for (int trial = 0; trial < 50; ++trial) {
-    PictureStamps stamps;
+    ImageStamps stamps;
     Duration last{};
     Duration arrived = seconds(100);
     for (int i = 0; i < 200; ++i) {
@@ -54,9 +54,9 @@ TEST(PictureStamps, IncreaseForAnyDriverStamps) {
   }
 }
 
-TEST(PictureStamps, ReplaceInvalidStampsByTheArrivalAndReportOnce) {
+TEST(ImageStamps, ReplaceInvalidStampsByTheArrivalAndReportOnce) {
   const auto report_for = [](std::optional<Duration> driver) {
-    PictureStamps stamps;
+    ImageStamps stamps;
     (void)stamps.add(seconds(49), false, {}, seconds(49));
     const auto stamped = stamps.add(driver, false, {}, seconds(50));
     EXPECT_FALSE(stamped.driver);
@@ -81,8 +81,8 @@ Image level(std::uint8_t grey, int noise = 0, std::uint64_t seed = 1) {
   return image;
 }
 
-TEST(PictureFaults, DetectsACoveredLensButNotADarkRoom) {
-  PictureFaults faults;
+TEST(ImageFaults, DetectsACoveredLensButNotADarkRoom) {
+  ImageFaults faults;
   EXPECT_THAT(faults.add(level(16, 4).view(), seconds(1), true).value_or(""), HasSubstr("black"));
   EXPECT_FALSE(faults.add(level(16, 4, 2).view(), seconds(2), true)) << "reported once";
   const auto end = faults.add(level(16, 60, 3).view(), seconds(3), true);
@@ -90,11 +90,11 @@ TEST(PictureFaults, DetectsACoveredLensButNotADarkRoom) {
   testing::expect_on_page("cameras", *end);
 }
 
-TEST(PictureFaults, DistinguishesAFrozenImageFromAStaticSceneWithNoise) {
-  PictureFaults moving;
+TEST(ImageFaults, DistinguishesAFrozenImageFromAStaticSceneWithNoise) {
+  ImageFaults moving;
   for (int i = 0; i < 90; ++i)
     EXPECT_FALSE(moving.add(level(100, 2, static_cast<std::uint64_t>(i)).view(), milliseconds(33 * i), true));
-  PictureFaults frozen;
+  ImageFaults frozen;
   const Image same = level(100, 2);
   int reported_at = -1;
   for (int i = 0; i < 90; ++i)
@@ -108,12 +108,12 @@ TEST(PictureFaults, DistinguishesAFrozenImageFromAStaticSceneWithNoise) {
 }
 
 // A board that moves every two seconds, seen by a noise-free source whose numbers advance.
-TEST(PictureFaults, ReportsAStillSourceOnce) {
-  PictureFaults faults;
+TEST(ImageFaults, ReportsAStillSourceOnce) {
+  ImageFaults faults;
   std::vector<std::string> reports;
   for (int i = 0; i < 600; ++i) {
-    const Image picture = level(static_cast<std::uint8_t>(100 + i / 60), 2);
-    if (auto report = faults.add(picture.view(), milliseconds(33 * i), true))
+    const Image image = level(static_cast<std::uint8_t>(100 + i / 60), 2);
+    if (auto report = faults.add(image.view(), milliseconds(33 * i), true))
       reports.push_back(*std::move(report));
   }
   ASSERT_EQ(reports.size(), 1U);
@@ -150,10 +150,10 @@ constexpr int kHeight = 48;
 
 /// Webcams omit the Huffman tables of the JPEG standard.
 TEST(V4l2Grey, DecodesImagesWithoutHuffmanTables) {
-  Image picture(kWidth, kHeight);
+  Image image(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) picture.row(y)[x] = static_cast<std::uint8_t>(40 + 2 * x + y);
-  const auto jpeg = encode_jpeg(picture, 90);
+    for (int x = 0; x < kWidth; ++x) image.row(y)[x] = static_cast<std::uint8_t>(40 + 2 * x + y);
+  const auto jpeg = encode_jpeg(image, 90);
   ASSERT_TRUE(jpeg);
   std::vector<std::uint8_t> without(jpeg->begin(), jpeg->begin() + 2);
   for (std::size_t at = 2; at + 4 <= jpeg->size() && (*jpeg)[at] == 0xff;) {

@@ -1,4 +1,4 @@
-#include "waymark/app/common/picture_files.hpp"
+#include "waymark/app/common/image_files.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 class Sources : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = testing::fresh_folder("pictures");
+    folder_ = testing::fresh_folder("images");
     for (const char* name :
          {"b.png", "a.JPG", "Z.pgm", "notes.txt", "inner/c.jpeg", "clip.mp4", "odd[1].png"})
       touch(name);

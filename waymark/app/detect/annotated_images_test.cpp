@@ -1,4 +1,4 @@
-#include "waymark/app/detect/annotated_pictures.hpp"
+#include "waymark/app/detect/annotated_images.hpp"
 
 #include <algorithm>
 #include <cctype>

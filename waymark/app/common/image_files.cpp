@@ -1,4 +1,4 @@
-#include "waymark/app/common/picture_files.hpp"
+#include "waymark/app/common/image_files.hpp"
 
 #include <algorithm>
 #include <array>
@@ -24,8 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 7> kPictures = {".jpg", ".jpeg", ".png", ".pgm",
-                                                       ".ppm", ".pbm",  ".pnm"};
+constexpr std::array<std::string_view, 7> kImages = {".jpg", ".jpeg", ".png", ".pgm", ".ppm", ".pbm", ".pnm"};
 template <std::size_t N>
 bool has_suffix(const fs::path& path, const std::array<std::string_view, N>& suffixes) {
   std::string suffix = path.extension().string();
@@ -47,7 +46,7 @@ template <class Iterator>
 bool collect(Iterator iterator, std::error_code& error, std::vector<std::string>& paths) {
   for (; !error && iterator != Iterator(); iterator.increment(error)) {
     std::error_code ignored;
-    if (has_suffix(iterator->path(), kPictures) && !iterator->is_directory(ignored)) {
+    if (has_suffix(iterator->path(), kImages) && !iterator->is_directory(ignored)) {
       paths.push_back(iterator->path().string());
     }
   }
@@ -64,7 +63,7 @@ std::vector<Input> in_folder(const std::string& folder, bool recursive) {
     inputs.push_back(failed(folder, ErrorCode::Unreadable, "cannot read the folder: " + error.message()));
   if (read && paths.empty()) {
     inputs.push_back(failed(folder, ErrorCode::NotFound, "no image in this folder",
-                            fmt::format("Looked for {}{}.", fmt::join(kPictures, " "),
+                            fmt::format("Looked for {}{}.", fmt::join(kImages, " "),
                                         recursive ? "" : "; set `recursive` to search subfolders too")));
   }
   std::sort(paths.begin(), paths.end());

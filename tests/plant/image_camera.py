@@ -23,7 +23,7 @@ FILES = 64  # the oldest is overwritten
 
 
 @dataclasses.dataclass
-class PictureOptions:
+class ImageOptions:
     readout_s: float = 0.012
     exposure_s: float = 0.010
     exposure_swing: float = 0.5  # relative, of the shutter
@@ -39,11 +39,11 @@ class Look(ctypes.Structure):
     _fields_ = [(name, ctypes.c_double) for name in ("exposure_s", "readout_s", "gain", "veil", "sharpen", "shot", "read")] + [("dark", ctypes.c_int)]
 
 
-class PictureCamera:
+class ImageCamera:
     half_window_s = 0.02
 
-    def __init__(self, camera: body.Camera, tags: tuple[course.Tag, ...], seed: int, options: PictureOptions | None = None):
-        self._options = options or PictureOptions()
+    def __init__(self, camera: body.Camera, tags: tuple[course.Tag, ...], seed: int, options: ImageOptions | None = None):
+        self._options = options or ImageOptions()
         self._base_T_camera = camera.base_T_camera()
         self._renderer = native.load("renderer.c")
         self._tags = np.ascontiguousarray([tag.world_T_tag()[:3].ravel() for tag in tags])
@@ -61,11 +61,11 @@ class PictureCamera:
         self._count += 1
         file = self._folder / f"{self._count % FILES}.pgm"
         part = file.with_suffix(".part")
-        part.write_bytes(b"P5\n640 480\n255\n" + self.picture(motions, stamp_s, dark).tobytes())
+        part.write_bytes(b"P5\n640 480\n255\n" + self.image(motions, stamp_s, dark).tobytes())
         part.rename(file)
         return Line("image", stamp_s, {"path": str(file)})
 
-    def picture(self, motions: list[Motion], stamp_s: float, dark: bool = False) -> np.ndarray:
+    def image(self, motions: list[Motion], stamp_s: float, dark: bool = False) -> np.ndarray:
         o = self._options
         phase = 2 * math.pi * stamp_s / o.swing_period_s
         exposure_s = o.exposure_s * (1 + o.exposure_swing * math.sin(phase))
