@@ -113,6 +113,7 @@ command -v npm >/dev/null || waymark_install npm  # Debian's, unless there is on
 tools/install_validators.sh || echo "test.sh: npm cannot install tests/npm: the tests npm.* skip"
 tools/build_viewer.sh || echo "test.sh: the page of waymark view is not built: the test viewer.page skips"
 
+threaded_tests=(waymark_{core,tags,simulation,robots,app}_tests)  # the programs with tests whose names contain "Threads"
 # In their short form sanitizers and fuzzers share one build: what reads foreign bytes, and the fuzzers of images and YAML.
 sanitized_tests=waymark_bytes_tests
 short_fuzzers=(image_fuzz camera_yaml_fuzz yaml_fields_fuzz)
@@ -151,7 +152,8 @@ full_part() {  # full_part NAME: one part of --full
       step "full: sanitizers, Python: bad input, buffers, lifetime, threads, fork, pickles"
       build asan-python waymark_python && run_tests asan-python -L python_sanitized ;;
     threads)
-      build tsan && run_tests tsan -L '^threads$' ;;
+      build tsan "${threaded_tests[@]}" && run_tests tsan -L '^threads$' &&
+        [ "$(ctest --preset tsan -N -L '^threads$' | grep -c ' Test ')" -eq "$(git grep -lE '^TEST.*Threads' -- 'waymark/*_test.cpp' | wc -l)" ] ;;
     fuzz) build fuzz && tools/run_fuzzers.sh build/fuzz 120 ;;
     tidy) tools/tidy.sh --all ;;
     headers)
