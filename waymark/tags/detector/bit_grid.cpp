@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 #include <Eigen/Cholesky>
 
@@ -13,6 +14,7 @@ namespace waymark::search {
 namespace {
 
 constexpr int kPerCell = 4;  // profile samples per cell
+constexpr std::uint8_t kUnknownCell = 2;
 
 float sign_of(const ReadableFamily& family, bool inverted) {
   return family.bright_border != inverted ? -1.0F : 1.0F;
@@ -134,9 +136,15 @@ MisplacedSides BitGrid::misplaced_sides(const ImageView& image, const Quad& quad
 void BitGrid::color(const ReadableFamily& family, int number) {
   const int side = side_of(family);
   const int w = family.width;
-  high_.assign(at(side * side), 1);
-  for (int y = 0; y < w; ++y) {
-    for (int x = 0; x < w; ++x) high_[at((y + family.margin) * side + x + family.margin)] = 0;
+  // The print determines only the border, the ring around it and the bits. The hole of tagCustom48h12 may be
+  // white, black or contain another tag, so the steps next to it are not used.
+  high_.assign(at(side * side), kUnknownCell);
+  for (int y = -1; y <= w; ++y) {
+    for (int x = -1; x <= w; ++x) {
+      const bool ring = x < 0 || y < 0 || x >= w || y >= w;
+      const bool border = !ring && (x == 0 || y == 0 || x == w - 1 || y == w - 1);
+      if (ring || border) high_[at((y + family.margin) * side + x + family.margin)] = ring ? 1 : 0;
+    }
   }
   const std::uint64_t code = waymark::family(family.id).codes[static_cast<std::size_t>(number)];
   const std::vector<std::uint16_t>& cells = family.cells[0];
@@ -157,8 +165,9 @@ void BitGrid::measure(const ImageView& image, const Quad& quad, const ReadableFa
   const CellView view(image, px_H_cell, sign);
   const int side = side_of(family);
   const int w = family.width;
-  const auto high = [&](int x, int y) {
-    return high_[at((y + family.margin) * side + x + family.margin)] != 0;
+  const auto high = [&](int x, int y) { return high_[at((y + family.margin) * side + x + family.margin)]; };
+  const auto differ = [](std::uint8_t a, std::uint8_t b) {
+    return a != b && a != kUnknownCell && b != kUnknownCell;
   };
   const auto add = [&](int axis, int x, int y, bool rises) {
     const float edge = static_cast<float>(axis == 0 ? x : y);
@@ -183,8 +192,8 @@ void BitGrid::measure(const ImageView& image, const Quad& quad, const ReadableFa
   };
   for (int k = 0; k < w; ++k) {
     for (int edge = 0; edge <= w; ++edge) {
-      if (high(edge - 1, k) != high(edge, k)) add(0, edge, k, high(edge, k));
-      if (high(k, edge - 1) != high(k, edge)) add(1, k, edge, high(k, edge));
+      if (differ(high(edge - 1, k), high(edge, k))) add(0, edge, k, high(edge, k) != 0);
+      if (differ(high(k, edge - 1), high(k, edge))) add(1, k, edge, high(k, edge) != 0);
     }
   }
 }

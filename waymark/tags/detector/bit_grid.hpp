@@ -56,7 +56,7 @@ class BitGrid {
   void measure(const ImageView& image, const Quad& quad, const ReadableFamily& family, float sign);
   bool correct(const ReadableFamily& family, bool with_border, Quad& quad) const;
 
-  std::vector<std::uint8_t> high_;  ///< one per cell of a print, row by row
+  std::vector<std::uint8_t> high_;  ///< one per cell of a print, row by row: 1 or 0; 2 if undetermined
   std::vector<Step> steps_;
   std::vector<float> profile_;
 };

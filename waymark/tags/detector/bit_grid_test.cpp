@@ -81,6 +81,22 @@ TEST_P(BitGridOf, ASideThatContradictsTheBitsIsCorrected) {
   }
 }
 
+// The hole of tagCustom48h12 is two cells wide. MBot's tags contain a smaller tag there.
+TEST(BitGrid, ATagInTheHoleOfATagMovesNoCorner) {
+  Random random(7);
+  BitGrid grid;
+  for (int round = 0; round < 12; ++round) {
+    Scene scene(FamilyId::TagCustom48h12, round, random);
+    const Eigen::Vector2d middle = 0.25 * (scene.truth[0] + scene.truth[1] + scene.truth[2] + scene.truth[3]);
+    TagCorners inner = scene.truth;
+    for (Eigen::Vector2d& corner : inner) corner = middle + 0.2 * (corner - middle);
+    paint_tag(scene.image, {FamilyId::TagCustom48h12, round + 20}, inner);
+    TagDetection tag{.tag = scene.tag, .corners_px = scene.truth};
+    ASSERT_TRUE(grid.align_corners(scene.image, scene.family, false, tag)) << round;
+    EXPECT_EQ(tag.corners_px, scene.truth) << round;
+  }
+}
+
 /// Distance between the true corners and those found after correcting a misplaced side.
 double error_put_back_px(const Scene& scene, const MisplacedSide& found) {
   const Quad back = with_side_moved(found.quad, found.side, found.missing, scene.family.width);
