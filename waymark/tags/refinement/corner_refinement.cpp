@@ -131,15 +131,16 @@ RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool
   return RefinementOutcome::Refined;
 }
 
-RefinementOutcome fit(const ImageView& image, const TagDetection& detection, const RefinementOptions& options,
-                      const CameraModel* camera, bool& border_is_uncertain, RefinedCorners& result) {
+RefinementOutcome fit(const ImageView& image, const TagDetection& detection, const Quad& start_px,
+                      const RefinementOptions& options, const CameraModel* camera, bool& border_is_uncertain,
+                      RefinedCorners& result) {
   const std::array<Surroundings, 4> near = tag_surroundings(detection.tag);
   const int cells = near[0].cells;
   TagBands tag;
   TagEstimate estimate;
   Priors priors;
   priors.blur_px = options.blur_px;
-  Quad corners = detection.corners_px;
+  Quad corners = start_px;
   std::optional<TagSolve> solve;
   double blur_px = options.blur_px;
   bool settled = false;
@@ -159,7 +160,7 @@ RefinementOutcome fit(const ImageView& image, const TagDetection& detection, con
     if (!moved.allFinite()) return RefinementOutcome::PoorFit;
     for (std::size_t k = 0; k < 4; ++k) corners[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
     if (smallest_triangle(corners) < 1.0) return RefinementOutcome::PoorFit;
-    if (largest_shift(detection.corners_px, corners, tag.edges) > options.max_shift_px) {
+    if (largest_shift(start_px, corners, tag.edges) > options.max_shift_px) {
       return RefinementOutcome::MovedTooFar;
     }
     blur_px = std::exp(estimate.mean[kLogBlur - kOwn]);
@@ -174,6 +175,28 @@ RefinementOutcome fit(const ImageView& image, const TagDetection& detection, con
   result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
   result.pixels = tag.pixels;
   return correct(inner_correction(image, detection.tag, tag, estimate), tag, border_is_uncertain, result);
+}
+
+/// With a camera model, starts at the corners whose curved edges would give the detected straight sides. If
+/// this fails, starts at the detected corners, because a detector may have placed them by the bits.
+RefinementOutcome fit_with_lens(const ImageView& image, const TagDetection& detection,
+                                const RefinementOptions& options, const CameraModel* camera,
+                                bool& border_is_uncertain, RefinedCorners& result) {
+  constexpr double kNegligiblePx = 0.2;
+  const Quad& detected = detection.corners_px;
+  const Quad start_px =
+      camera == nullptr
+          ? detected
+          : corners_of_curved_edges(*camera, detected, family(detection.tag.family).width_at_border);
+  double bent_px = 0;
+  for (std::size_t k = 0; k < 4; ++k) bent_px = std::max(bent_px, (start_px[k] - detected[k]).norm());
+  if (bent_px < kNegligiblePx || smallest_triangle(start_px) < 1.0)
+    return fit(image, detection, detected, options, camera, border_is_uncertain, result);
+  const RefinementOutcome outcome =
+      fit(image, detection, start_px, options, camera, border_is_uncertain, result);
+  if (outcome == RefinementOutcome::Refined) return outcome;
+  border_is_uncertain = false;
+  return fit(image, detection, detected, options, camera, border_is_uncertain, result);
 }
 
 RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& options,
@@ -230,7 +253,7 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
     const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
     unrefined_sigma_px = std::max(unrefined_sigma_px, cell_px);
   } else if (known) {
-    result.outcome = fit(image, detection, options, camera, border_is_uncertain, result);
+    result.outcome = fit_with_lens(image, detection, options, camera, border_is_uncertain, result);
   }
   if (result.refined()) result.outcome = judge(detection, options, result);
   if (border_is_uncertain || may_place_by_bits(result.outcome)) {
