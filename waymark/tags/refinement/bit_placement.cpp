@@ -68,8 +68,9 @@ struct Look {
   Matrix8 corners_by_edges;  ///< derivatives of the corners with respect to the edges
 };
 
-std::optional<Look> look_at(const ImageView& image, const TagDetection& at, const RefinementOptions& options,
-                            const CameraModel* camera, InnerPixels& pixels) {
+std::optional<Look> look_at(const ImageView& image, const TagDetection& at, const PrintedTag& print,
+                            const RefinementOptions& options, const CameraModel* camera,
+                            InnerPixels& pixels) {
   constexpr double kPlacePx = 0.7;  // prior standard deviation of the corners
   const Family& printed = family(at.tag.family);
   TagBands tag;
@@ -81,7 +82,7 @@ std::optional<Look> look_at(const ImageView& image, const TagDetection& at, cons
   TagEstimate
       even;  // edges curve only as the camera model predicts; slopes of the levels model uneven illumination
   for (EdgeVector& edge : even.edges) edge.setZero();
-  read_inner_pixels(image, at.tag, tag, even, InnerPixels::kPlacementPixels, pixels);
+  read_inner_pixels(image, print, tag, even, InnerPixels::kPlacementPixels, pixels);
   const std::array<Level, 2> level = levels(pixels);
   if (level[0].count < kInnerUnknowns || level[1].count < kInnerUnknowns) return std::nullopt;
   const double step = level[1].mean() - level[0].mean();
@@ -92,7 +93,7 @@ std::optional<Look> look_at(const ImageView& image, const TagDetection& at, cons
                                         .log_blur = 0.4,
                                         .place_blurs = kPlacePx / options.blur_px,
                                         .bend_blurs = std::ranges::max(bend_px) / options.blur_px});
-  const InnerFit fit = fit_inner<kInnerUnknowns>(pixels, prior, 1.0, printed.reversed_border ? -1.0 : 1.0);
+  const InnerFit fit = fit_inner<kInnerUnknowns>(pixels, prior, 1.0, print.outwards());
   if (!fit.estimate.mean.allFinite()) return std::nullopt;
   return Look{averaged(fit, prior), fit.variance, intersection(tag.edges)};
 }
@@ -115,11 +116,12 @@ double farthest_px(const Quad& a, const Quad& b) {
 }  // namespace
 
 std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDetection& detection,
-                                            const RefinementOptions& options, const CameraModel* camera) {
+                                            const PrintedTag& print, const RefinementOptions& options,
+                                            const CameraModel* camera) {
   constexpr int kMaxPasses = 6;
   constexpr double kMaxResidual = 0.04;   // relative to the step; exceeded if gloss covers bits too
   constexpr double kMaxShiftCells = 0.4;  // beyond half a cell, the wrong bits would be read
-  const double outwards = family(detection.tag.family).reversed_border ? -1.0 : 1.0;
+  const double outwards = print.outwards();
   // Includes the border: three rows of three bits are too few for this number of unknowns.
   constexpr int kMinCells = 6;
   if (family(detection.tag.family).width_at_border < kMinCells) return std::nullopt;
@@ -128,7 +130,7 @@ std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDet
   InnerPixels pixels;
   TagDetection at = detection;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
-    const auto look = look_at(image, at, options, camera, pixels);
+    const auto look = look_at(image, at, print, options, camera, pixels);
     if (!look) return std::nullopt;
     const double residual = std::sqrt(look->variance) / look->estimate.mean[kWhite];
     const EdgesByInner J = edges_by_place(look->estimate.mean, outwards);

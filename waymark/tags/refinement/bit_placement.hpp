@@ -6,6 +6,7 @@
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/refinement/corner_refinement.hpp"
+#include "waymark/tags/refinement/edge_model.hpp"
 
 namespace waymark::refinement {
 
@@ -17,6 +18,7 @@ namespace waymark::refinement {
 /// O(pixels), at most a few hundred; does not allocate.
 [[nodiscard]] std::optional<RefinedCorners> place_by_bits(const ImageView& image,
                                                           const TagDetection& detection,
+                                                          const PrintedTag& print,
                                                           const RefinementOptions& options,
                                                           const CameraModel* camera);
 

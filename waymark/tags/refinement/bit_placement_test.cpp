@@ -82,7 +82,7 @@ TEST(BitPlacement, AgreesWithAnIntactBorder) {
   for (const FamilyId id : kAllFamilies) {
     const Print print = print_of(id, 0.7);
     const auto placed =
-        refinement::place_by_bits(render(print), detection_at(print, 0.3, random), {}, nullptr);
+        refinement::place_by_bits(render(print), detection_at(print, 0.3, random), {print.tag}, {}, nullptr);
     const bool few = family(id).width_at_border < 6;
     EXPECT_FALSE(placed && few) << to_string(id);
     EXPECT_TRUE(placed || few || family(id).reversed_border) << to_string(id);
@@ -97,13 +97,13 @@ TEST(BitPlacement, HasNoResultWithoutBits) {
   const Print print = print_of(FamilyId::Tag36h11, 0.3);
   const TagDetection detection = detection_at(print, 0.3, random);
   Image blank(render(print).width(), render(print).height(), 120);
-  EXPECT_FALSE(refinement::place_by_bits(blank, detection, {}, nullptr));
+  EXPECT_FALSE(refinement::place_by_bits(blank, detection, {detection.tag}, {}, nullptr));
   TagDetection other = detection;  // a tag whose bits differ from the print
   other.tag.number = 4;
-  EXPECT_FALSE(refinement::place_by_bits(render(print), other, {}, nullptr));
+  EXPECT_FALSE(refinement::place_by_bits(render(print), other, {other.tag}, {}, nullptr));
   for (int y = 0; y < blank.height(); ++y)
     for (int x = 0; x < blank.width(); ++x) blank.row(y)[x] = static_cast<std::uint8_t>(random.index(256));
-  EXPECT_FALSE(refinement::place_by_bits(blank, detection, {}, nullptr));
+  EXPECT_FALSE(refinement::place_by_bits(blank, detection, {detection.tag}, {}, nullptr));
 }
 
 }  // namespace

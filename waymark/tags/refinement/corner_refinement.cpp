@@ -131,10 +131,11 @@ RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool
   return RefinementOutcome::Refined;
 }
 
-RefinementOutcome fit(const ImageView& image, const TagDetection& detection, const Quad& start_px,
+RefinementOutcome fit(const ImageView& image, const PrintedTag& print, const Quad& start_px,
                       const RefinementOptions& options, const CameraModel* camera, bool& border_is_uncertain,
                       RefinedCorners& result) {
-  const std::array<Surroundings, 4> near = tag_surroundings(detection.tag);
+  // The shares of the outer colour are the same in an inverted print; only the sign of the step differs.
+  const std::array<Surroundings, 4> near = tag_surroundings(print.id);
   const int cells = near[0].cells;
   TagBands tag;
   TagEstimate estimate;
@@ -174,14 +175,15 @@ RefinementOutcome fit(const ImageView& image, const TagDetection& detection, con
   result.noise = std::sqrt(estimate.noise_variance);
   result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
   result.pixels = tag.pixels;
-  return correct(inner_correction(image, detection.tag, tag, estimate), tag, border_is_uncertain, result);
+  return correct(inner_correction(image, print, tag, estimate), tag, border_is_uncertain, result);
 }
 
 /// With a camera model, starts at the corners whose curved edges would give the detected straight sides. If
 /// this fails, starts at the detected corners, because a detector may have placed them by the bits.
 RefinementOutcome fit_with_lens(const ImageView& image, const TagDetection& detection,
-                                const RefinementOptions& options, const CameraModel* camera,
-                                bool& border_is_uncertain, RefinedCorners& result) {
+                                const PrintedTag& print, const RefinementOptions& options,
+                                const CameraModel* camera, bool& border_is_uncertain,
+                                RefinedCorners& result) {
   constexpr double kNegligiblePx = 0.2;
   const Quad& detected = detection.corners_px;
   const Quad start_px =
@@ -191,17 +193,16 @@ RefinementOutcome fit_with_lens(const ImageView& image, const TagDetection& dete
   double bent_px = 0;
   for (std::size_t k = 0; k < 4; ++k) bent_px = std::max(bent_px, (start_px[k] - detected[k]).norm());
   if (bent_px < kNegligiblePx || smallest_triangle(start_px) < 1.0)
-    return fit(image, detection, detected, options, camera, border_is_uncertain, result);
-  const RefinementOutcome outcome =
-      fit(image, detection, start_px, options, camera, border_is_uncertain, result);
+    return fit(image, print, detected, options, camera, border_is_uncertain, result);
+  const RefinementOutcome outcome = fit(image, print, start_px, options, camera, border_is_uncertain, result);
   if (outcome == RefinementOutcome::Refined) return outcome;
   border_is_uncertain = false;
-  return fit(image, detection, detected, options, camera, border_is_uncertain, result);
+  return fit(image, print, detected, options, camera, border_is_uncertain, result);
 }
 
-RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& options,
+RefinementOutcome judge(const PrintedTag& print, const RefinementOptions& options,
                         const RefinedCorners& result) {
-  const double step = family(detection.tag.family).reversed_border ? -result.contrast : result.contrast;
+  const double step = print.outwards() * result.contrast;
   if (step < options.min_contrast) return RefinementOutcome::LowContrast;
   if (result.noise > options.max_residual * step) return RefinementOutcome::PoorFit;
   // If sharp edges run along pixel boundaries, their position between the pixels is undetermined.
@@ -248,17 +249,19 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
   double unrefined_sigma_px = options.unrefined_sigma_px;
   bool border_is_uncertain = false;
   const bool known = usable(image, detection);
+  const PrintedTag print =
+      known ? printed_tag(image, detection.tag, detection.corners_px) : PrintedTag{detection.tag};
   if (known && cut_by_border(image, detection, options.border_px)) {
     result.outcome = RefinementOutcome::CutByBorder;
     const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
     unrefined_sigma_px = std::max(unrefined_sigma_px, cell_px);
   } else if (known) {
-    result.outcome = fit_with_lens(image, detection, options, camera, border_is_uncertain, result);
+    result.outcome = fit_with_lens(image, detection, print, options, camera, border_is_uncertain, result);
   }
-  if (result.refined()) result.outcome = judge(detection, options, result);
+  if (result.refined()) result.outcome = judge(print, options, result);
   if (border_is_uncertain || may_place_by_bits(result.outcome)) {
-    const auto placed = place_by_bits(image, detection, options, camera);
-    if (placed && judge(detection, options, *placed) == RefinementOutcome::Refined &&
+    const auto placed = place_by_bits(image, detection, print, options, camera);
+    if (placed && judge(print, options, *placed) == RefinementOutcome::Refined &&
         (!result.refined() || placed->covariance_px2.trace() < result.covariance_px2.trace()))
       return *placed;
   }

@@ -88,8 +88,8 @@ struct RefinedCorners {
   std::array<Eigen::Vector2d, 4> corners_px{};                 ///< TL, TR, BR, BL; pixel centres are at +1/2
   CornerCovariance covariance_px2 = CornerCovariance::Zero();  ///< for x0 y0 … x3 y3; positive definite
   double blur_px = 0;   ///< fitted standard deviation of the blur, including the pixel; 0 if not refined
-  double contrast = 0;  ///< [grey level] fitted step from the border to its surroundings; negative for
-                        ///< families with a reversed border
+  double contrast = 0;  ///< [grey level] fitted step from the border to its surroundings; negative if the
+                        ///< border is the brighter side (reversed border or inverted print, but not both)
   double noise = 0;     ///< [grey level] root mean square of the residuals, used as the noise of the image
   int pixels = 0;       ///< number of pixels used
   /// The border contradicts the bits inside (because it is covered or glossy or has too narrow a white

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <utility>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 namespace waymark::refinement {
@@ -225,6 +226,25 @@ Eigen::Matrix3d homography_of_unit_square(const Quad& quad) {
       b.y() - a.y() + g * b.y(), d.y() - a.y() + h * d.y(), a.y(),   //
       g, h, 1.0;
   return H;
+}
+
+PrintedTag printed_tag(const ImageView& image, const TagId& id, const Quad& corners_px) {
+  const Family& table = family(id.family);
+  const std::uint64_t code = table.codes[static_cast<std::size_t>(id.number)];
+  const Eigen::Matrix3d px_H_unit = homography_of_unit_square(corners_px);
+  std::array<double, 2> sum{};
+  std::array<int, 2> count{};
+  for (std::size_t bit = 0; bit < table.bits.size(); ++bit) {
+    const Eigen::Vector3d unit((table.bits[bit].x + 0.5) / table.width_at_border,
+                               (table.bits[bit].y + 0.5) / table.width_at_border, 1);
+    const Vector2d px = (px_H_unit * unit).hnormalized();
+    if (!px.allFinite()) continue;
+    const std::size_t white = (code >> (table.bits.size() - 1 - bit)) & 1U;
+    sum[white] += sample_bilinear(image, px.x(), px.y());
+    ++count[white];
+  }
+  const bool known = count[0] > 0 && count[1] > 0;
+  return {id, known && sum[1] / count[1] < sum[0] / count[0]};
 }
 
 std::array<EdgeFrame, 4> edge_frames(const Quad& corners_px, int cells) {

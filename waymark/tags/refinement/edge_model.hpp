@@ -38,6 +38,23 @@ struct Surroundings {
   bool beyond_known = false;  ///< if false, that row is not part of the print (margin, wall, ...)
 };
 
+using Quad = std::array<Eigen::Vector2d, 4>;
+
+/// The print of a tag. Black and white are exchanged if it is inverted.
+struct PrintedTag {
+  TagId id;
+  bool inverted = false;
+
+  /// Whether the border is brighter than the cells next to it.
+  [[nodiscard]] bool bright_border() const { return family(id.family).reversed_border != inverted; }
+  /// The direction from the edge of the border to its white side: 1 if outwards, -1 if inwards.
+  [[nodiscard]] double outwards() const { return bright_border() ? -1.0 : 1.0; }
+};
+
+/// The print of a tag with these corners. It is inverted if the mean level of its white bits is below that of
+/// its black bits. The id must exist in the family. O(data bits).
+[[nodiscard]] PrintedTag printed_tag(const ImageView& image, const TagId& id, const Quad& corners_px);
+
 /// The surroundings of the four edges TL-TR, TR-BR, BR-BL, BL-TL of a tag. The id must exist in the family.
 /// O(data bits).
 [[nodiscard]] std::array<Surroundings, 4> tag_surroundings(const TagId& id);
@@ -45,8 +62,6 @@ struct Surroundings {
 inline constexpr int kMaxSlices = 64;  ///< maximum per edge; longer edges are sampled sparsely
 inline constexpr int kMaxDepth = 24;   ///< maximum number of pixels per slice
 inline constexpr int kMaxBlocks = kMaxSlices / kLanes;
-
-using Quad = std::array<Eigen::Vector2d, 4>;
 
 /// One border edge of a quad and the lines parallel to it, in pixels.
 struct EdgeFrame {

@@ -23,17 +23,19 @@ namespace {
 class BitCells {
  public:
   /// The id must exist in the family. O(cells).
-  explicit BitCells(const TagId& id) : cells_(family(id.family).width_at_border) {
+  explicit BitCells(const PrintedTag& print) : cells_(family(print.id.family).width_at_border) {
+    const TagId& id = print.id;
     const Family& table = family(id.family);
     white_.fill(0.5F);
-    const float border = table.reversed_border ? 1.0F : 0.0F;
+    const float border = print.bright_border() ? 1.0F : 0.0F;
     for (int i = 0; i < cells_; ++i)
       for (const int edge : {0, cells_ - 1}) white(i, edge) = white(edge, i) = border;
     const std::uint64_t code = table.codes[static_cast<std::size_t>(id.number)];
     for (std::size_t bit = 0; bit < table.bits.size(); ++bit) {
       const auto [x, y] = table.bits[bit];
       if (x < 0 || y < 0 || x >= cells_ || y >= cells_) continue;
-      white(x, y) = ((code >> (table.bits.size() - 1 - bit)) & 1U) != 0 ? 1.0F : 0.0F;
+      const bool one = ((code >> (table.bits.size() - 1 - bit)) & 1U) != 0;
+      white(x, y) = one != print.inverted ? 1.0F : 0.0F;
     }
   }
 
@@ -157,10 +159,10 @@ bool put(const BitCells& pattern, const Place& place, int cells, int lane, Inner
 
 }  // namespace
 
-void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& tag,
+void read_inner_pixels(const ImageView& image, const PrintedTag& print, const TagBands& tag,
                        const TagEstimate& estimate, int most, InnerPixels& pixels) {
-  const int cells = family(id.family).width_at_border;
-  const BitCells pattern(id);
+  const int cells = family(print.id.family).width_at_border;
+  const BitCells pattern(print);
   const bool bent = bends_matter(tag, estimate);
   const Eigen::Matrix3d& cell_H_px = tag.edges[0].cell_H_px;
   const Vector2d middle =
@@ -581,12 +583,12 @@ double contradiction(const InnerFit& fit, const InnerPrior& prior) {
 
 }  // namespace
 
-EdgeCorrection inner_correction(const ImageView& image, const TagId& id, const TagBands& tag,
+EdgeCorrection inner_correction(const ImageView& image, const PrintedTag& print, const TagBands& tag,
                                 const TagEstimate& estimate) {
-  const bool reversed = family(id.family).reversed_border;
-  const double outwards = reversed ? -1.0 : 1.0;
+  const bool reversed = print.bright_border();
+  const double outwards = print.outwards();
   InnerPixels pixels;
-  read_inner_pixels(image, id, tag, estimate, InnerPixels::kCorrectionPixels, pixels);
+  read_inner_pixels(image, print, tag, estimate, InnerPixels::kCorrectionPixels, pixels);
   const InnerPrior prior = prior_of(estimate, reversed);
   const InnerFit all = fit_inner<kUnknownsOnBorder>(pixels, prior, estimate.noise_variance, outwards);
   EdgeCorrection correction;

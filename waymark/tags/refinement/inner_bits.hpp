@@ -38,7 +38,7 @@ struct InnerPixels {
 
 /// Reads the pixels, with cells placed by the four border edges of `estimate`. In large tags, reads only
 /// `most` pixels (kCorrectionPixels or kPlacementPixels), evenly distributed. O(pixels).
-void read_inner_pixels(const ImageView& image, const TagId& id, const TagBands& tag,
+void read_inner_pixels(const ImageView& image, const PrintedTag& print, const TagBands& tag,
                        const TagEstimate& estimate, int most, InnerPixels& pixels);
 
 /// Unknowns fitted to the pixels inside the border. s runs along TL-TR and t along TR-BR, both from -1 to 1.
@@ -170,7 +170,7 @@ struct EdgeCorrection {
 /// (shadow, veil, uneven illumination). Growth of white moves left and right edges in opposite directions, so
 /// the edges between bits reveal it. Each of the two effects may be present or absent (Hoeting et al.,
 /// "Bayesian model averaging: a tutorial", 1999). O(pixels), at most a few hundred; does not allocate.
-[[nodiscard]] EdgeCorrection inner_correction(const ImageView& image, const TagId& id, const TagBands& tag,
-                                              const TagEstimate& estimate);
+[[nodiscard]] EdgeCorrection inner_correction(const ImageView& image, const PrintedTag& print,
+                                              const TagBands& tag, const TagEstimate& estimate);
 
 }  // namespace waymark::refinement
