@@ -1,6 +1,7 @@
 #include "waymark/samples/tag_sizes.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -28,6 +29,27 @@ Result<double> TagSizes::size_m(const TagId& tag) const {
   const double size = own == size_by_tag_m.end() ? *default_size_m : own->second;
   if (!is_tag_size(size)) return not_a_size(size, to_string(tag));
   return size;
+}
+
+Status check_printed_size(double size_m, std::string key) {
+  if (size_m >= kMinTagSize_m && size_m <= kMaxTagSize_m) return {};
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("{:g} is not a size in metres from {} to {}", size_m, kMinTagSize_m, kMaxTagSize_m),
+              {.key = std::move(key)}, kHint);
+}
+
+std::vector<std::string> TagSizes::warnings() const {
+  constexpr double kUsualMin_m = 0.005;
+  constexpr double kUsualMax_m = 1;
+  std::vector<std::string> all;
+  const auto check_usual = [&](double size, const std::string& owner) {
+    if (size >= kUsualMin_m && size <= kUsualMax_m) return;
+    all.push_back(fmt::format(
+        "unusual size of {}: {:g} m. Is it in metres and measured along the black square?", owner, size));
+  };
+  if (default_size_m) check_usual(*default_size_m, "the tags");
+  for (const auto& [tag, size] : size_by_tag_m) check_usual(size, to_string(tag));
+  return all;
 }
 
 Status TagSizes::check() const {

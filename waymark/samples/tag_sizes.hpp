@@ -2,6 +2,8 @@
 
 #include <map>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "waymark/base/error.hpp"
 #include "waymark/families/family.hpp"
@@ -20,6 +22,8 @@ struct TagSizes {
   [[nodiscard]] Result<double> size_m(const TagId& tag) const;
   /// Fails on the first size that is not a positive finite number. O(n).
   [[nodiscard]] Status check() const;
+  /// One warning for each unusual size, below 5 mm or above 1 m. O(n).
+  [[nodiscard]] std::vector<std::string> warnings() const;
 
   friend bool operator==(const TagSizes&, const TagSizes&) = default;
 };
@@ -31,5 +35,8 @@ inline constexpr double kMaxTagSize_m = 10;
 
 /// Whether a tag's side length [m] is valid, i.e. positive and finite.
 [[nodiscard]] bool is_tag_size(double size_m);
+
+/// Fails if a size is outside these limits. Errors name the field `key`.
+[[nodiscard]] Status check_printed_size(double size_m, std::string key);
 
 }  // namespace waymark

@@ -28,6 +28,25 @@ TEST(TagSizes, TheErrorNamesTheUnknownTag) {
   EXPECT_EQ(size.error().place.key, "tag36h11:4");
 }
 
+TEST(TagSizes, UnusualSizesGiveAWarning) {
+  EXPECT_TRUE(TagSizes{.default_size_m = 0.16}.warnings().empty());
+  const TagSizes unusual{.default_size_m = 1.6, .size_by_tag_m = {{kSmall, 0.004}, {kOther, 0.005}}};
+  const auto warnings = unusual.warnings();
+  ASSERT_EQ(warnings.size(), 2U);
+  EXPECT_THAT(warnings[0], HasSubstr("1.6 m"));
+  EXPECT_THAT(warnings[1], HasSubstr("tag36h11:3"));
+}
+
+TEST(TagSizes, SizesOfPrintedTagsHaveLimits) {
+  for (const double valid : {kMinTagSize_m, 0.16, kMaxTagSize_m})
+    EXPECT_TRUE(check_printed_size(valid, "tag_size_m"));
+  for (const double invalid : {0.0, -0.1, 0.0001651, 16.0, std::numeric_limits<double>::quiet_NaN()}) {
+    const Status status = check_printed_size(invalid, "tag_size_m");
+    ASSERT_FALSE(status) << invalid;
+    EXPECT_EQ(status.error().place.key, "tag_size_m");
+  }
+}
+
 TEST(TagSizes, InvalidSizesAreErrors) {
   const double bad_sizes[] = {0.0, -0.1, std::numeric_limits<double>::quiet_NaN(),
                               std::numeric_limits<double>::infinity()};

@@ -49,11 +49,8 @@ Result<TagMap> tag_target(const TargetOptions& options) {
     return fail(ErrorCode::InvalidArgument,
                 "a board needs `cols` and `rows` of at least 1 and a positive `tag_size_m`", {},
                 "Measure the black square of a printed tag.");
-  if (options.tag_size_m < kMinTagSize_m || options.tag_size_m > kMaxTagSize_m)
-    return fail(ErrorCode::InvalidArgument,
-                fmt::format("{:g} is not a size in metres from {} to {}", options.tag_size_m, kMinTagSize_m,
-                            kMaxTagSize_m),
-                {.key = "tag_size_m"}, "Measure the black square of a printed tag, in metres.");
+  if (Status possible = check_printed_size(options.tag_size_m, "tag_size_m"); !possible)
+    return tl::unexpected(possible.error());
   const auto ids = static_cast<std::int64_t>(family(FamilyId::Tag36h11).codes.size());
   const std::int64_t last = options.first_id + static_cast<std::int64_t>(options.columns) * options.rows - 1;
   if (options.first_id < 0 || last >= ids)

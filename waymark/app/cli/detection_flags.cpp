@@ -40,6 +40,15 @@ Status DetectorFlags::refuse_all(const std::string& why, const std::string& hint
   return refused.status();
 }
 
+Result<std::vector<FamilyId>> DetectorFlags::families() const {
+  DetectorOptions options;
+  if (Status applied = detector_.apply(options); !applied) return tl::unexpected(applied.error());
+  if (!families_.empty()) options.families = families_;
+  auto ids = chosen_families(options);
+  if (!ids && !families_.empty()) ids.error().place.key = "family";
+  return ids;
+}
+
 Result<TagFinder> DetectorFlags::make() const {
   DetectorOptions options;
   RefinementOptions refinement;

@@ -23,6 +23,9 @@ class DetectorFlags {
   /// Applies the defaults, then the settings, then the flags. Fails on an unknown family, on a value out of
   /// range, and on refinement options together with --no-refine.
   [[nodiscard]] Result<TagFinder> make() const;
+  /// The families for which the finder from make() searches, to parse the tags in other flags. Fails on
+  /// invalid families and detector options.
+  [[nodiscard]] Result<std::vector<FamilyId>> families() const;
   /// Whether any of these flags or options was set.
   [[nodiscard]] bool given() const;
   /// Fails if any of them is on the command line. For verbs and modes that do not detect tags.
@@ -45,9 +48,9 @@ class PoseFlags {
   PoseFlags& operator=(const PoseFlags&) = delete;
 
   /// Returns `nullopt` if none of the flags was set. Fails if only the camera or only the tag size was set,
-  /// if the file cannot be read, or if a size is invalid.
-  [[nodiscard]] Result<std::optional<PoseSetup>> make() const {
-    return described_poses(words_.camera, words_.sizes);
+  /// if the file cannot be read, or if a size is invalid. Only tags of `families` may have their own sizes.
+  [[nodiscard]] Result<std::optional<PoseSetup>> make(SearchedFamilies families) const {
+    return described_poses(words_.camera, words_.sizes, families);
   }
   /// Fails if any of them was set. For modes that do not compute poses.
   [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;

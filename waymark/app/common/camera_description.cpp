@@ -45,42 +45,7 @@ ReportFields fields(const ReportedPose& reported) {
   return all;
 }
 
-Result<double> parse_size_m(const std::string& text, const std::string& whole) {
-  double size_m = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), size_m);
-  if (error == std::errc() && end == text.data() + text.size() && size_m >= kMinTagSize_m &&
-      size_m <= kMaxTagSize_m)
-    return size_m;
-  return fail(
-      ErrorCode::InvalidArgument,
-      fmt::format("'{}' is not a size in metres from {} to {}", whole, kMinTagSize_m, kMaxTagSize_m),
-      {.key = "tag_size_m"},
-      "Measure the side of the square where black border meets white, for example `tag_size_m=0.16`.");
-}
-
 }  // namespace
-
-Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words) {
-  TagSizes sizes;
-  for (const std::string& word : words) {
-    const std::size_t equals = word.find('=');
-    const Result<double> size =
-        parse_size_m(equals == std::string::npos ? word : word.substr(equals + 1), word);
-    if (!size) return tl::unexpected(size.error());
-    if (equals == std::string::npos) {
-      sizes.default_size_m = *size;
-      continue;
-    }
-    const std::string name = word.substr(0, equals);
-    Result<TagId> tag = parse_tag_id(name.find(':') == std::string::npos ? "tag36h11:" + name : name);
-    if (!tag) {
-      tag.error().place.key = "tag_size_m";
-      return tl::unexpected(tag.error());
-    }
-    sizes.size_by_tag_m[*tag] = *size;
-  }
-  return sizes;
-}
 
 PoseList poses_of(std::span<const TagDetection> detections, const PoseSetup& setup) {
   PoseList poses;
@@ -174,7 +139,8 @@ Result<DescribedCamera> read_camera(const CameraDescription& description) {
 }
 
 Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera,
-                                                 const std::vector<std::string>& tag_sizes) {
+                                                 const std::vector<std::string>& tag_sizes,
+                                                 SearchedFamilies families) {
   const bool named = !camera.name.empty();
   if (camera.file.empty() && (named || !camera.size.empty()))
     return fail(ErrorCode::InvalidArgument, "`camera` is not set, so this camera has no calibration",
@@ -186,7 +152,7 @@ Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera
                 {.key = camera.file.empty() ? "camera" : "tag_size_m"},
                 "Set `camera=camera.yaml` and `tag_size_m=0.16` (the side of the black square in metres).");
   }
-  Result<TagSizes> sizes = parse_tag_sizes(tag_sizes);
+  Result<TagSizes> sizes = parse_tag_sizes(tag_sizes, families);
   if (!sizes) return tl::unexpected(sizes.error());
   const Result<DescribedCamera> described = read_camera(camera);
   if (!described) return tl::unexpected(described.error());

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "waymark/app/common/report_fields.hpp"
+#include "waymark/app/common/tag_names.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/plot/annotate.hpp"
@@ -21,9 +22,6 @@ struct PoseSetup {
   CameraModel camera;
   TagSizes sizes{};
 };
-
-/// Parses tag sizes: "0.16" applies to all tags, "tag36h11:7=0.08" (or "7=0.08" for tag36h11) to one tag.
-[[nodiscard]] Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words);
 
 /// One entry per detection, in order: its pose, or the reason why there is none (unknown tag size, corners
 /// outside the range of the lens model, …).
@@ -88,9 +86,11 @@ struct DescribedCamera {
 [[nodiscard]] Result<DescribedCamera> read_camera(const CameraDescription& description);
 
 /// Creates the setup for pose estimation from a camera and from sizes in the format of parse_tag_sizes();
-/// `nullopt` if neither is specified. Fails if only one of them is specified.
+/// `nullopt` if neither is specified. Fails if only one of them is specified. Only tags of `families` may
+/// have their own sizes.
 [[nodiscard]] Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera,
-                                                               const std::vector<std::string>& tag_sizes);
+                                                               const std::vector<std::string>& tag_sizes,
+                                                               SearchedFamilies families = {});
 
 /// Fails (Unsupported) if the image size differs from that of the camera.
 [[nodiscard]] Status check_image_size(const CameraModel& camera, int width_px, int height_px);

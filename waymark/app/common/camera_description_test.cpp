@@ -45,6 +45,25 @@ TEST(ParseTagSizes, ReadsADefaultAndSizesById) {
   EXPECT_TRUE(parse_tag_sizes({}));
 }
 
+TEST(ParseTagSizes, ANumberRefersToTheFamilyThatIsSearchedFor) {
+  const std::vector<FamilyId> one = {FamilyId::TagStandard41h12};
+  const auto sizes = parse_tag_sizes({"0.16", "0=0.08"}, one);
+  ASSERT_TRUE(sizes) << to_string(sizes.error());
+  EXPECT_EQ(sizes->size_m({FamilyId::TagStandard41h12, 0}).value(), 0.08);
+  EXPECT_EQ(sizes->size_m({FamilyId::Tag36h11, 0}).value(), 0.16);
+  const auto other = parse_tag_sizes({"tag36h11:0=0.08"}, one);
+  ASSERT_FALSE(other) << "such a tag cannot be found";
+  EXPECT_EQ(other.error().place.key, "tag_size_m");
+  const std::vector<FamilyId> two = {FamilyId::Tag36h11, FamilyId::Tag25h9};
+  const auto both = parse_tag_sizes({"7=0.08"}, two);
+  ASSERT_FALSE(both);
+  EXPECT_THAT(both.error().hint, HasSubstr("tag36h11:7"));
+  EXPECT_THAT(both.error().hint, HasSubstr("tag25h9:7"));
+  EXPECT_TRUE(parse_tag_sizes({"tag25h9:7=0.08"}, two));
+  EXPECT_EQ(tag_named("7", "anchor", one)->family, FamilyId::TagStandard41h12);
+  EXPECT_FALSE(tags_named({"3,4"}, "floor", two));
+}
+
 TEST(ParseTagSizes, AnInvalidSizeIsReportedWithItsFieldAndText) {
   for (const char* word :
        {"", "x", "0", "-0.1", "nan", "inf", "0.16m", "7=", "=0.1", "7=0.1=2", "tag1=0.1"}) {

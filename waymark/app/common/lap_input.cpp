@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -89,27 +90,6 @@ SE3 anchor_at_origin() {
           Eigen::Vector3d::Zero()};
 }
 
-Result<TagId> tag_named(const std::string& text, const char* field) {
-  const bool only_digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-  Result<TagId> tag = parse_tag_id(only_digits ? "tag36h11:" + text : text);
-  if (!tag && field != nullptr) tag.error().place.key = field;
-  return tag;
-}
-
-Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, const char* field) {
-  std::vector<TagId> tags;
-  for (std::string_view rest : texts) {
-    do {
-      const std::size_t end = std::min(rest.find(','), rest.size());
-      Result<TagId> tag = tag_named(std::string(rest.substr(0, end)), field);
-      if (!tag) return tl::unexpected(tag.error());
-      tags.push_back(*tag);
-      rest.remove_prefix(std::min(end + 1, rest.size()));
-    } while (!rest.empty());
-  }
-  return tags;
-}
-
 Result<SE3> anchor_pose_of(const std::vector<double>& n) {
   const Place place{.key = "anchor_pose"};
   const char* how_to_write = "Give X Y Z in metres, then roll, pitch and yaw in degrees.";
@@ -125,6 +105,29 @@ Result<SE3> anchor_pose_of(const std::vector<double>& n) {
   return SE3(SO3::from_rpy(to_radians(n[3]), to_radians(n[4]), to_radians(n[5])),
              Eigen::Vector3d(n[0], n[1], n[2]));
 }
+
+namespace {
+
+/// Fails on the size of a tag of a family that was not observed, because it would be ignored.
+Status check_size_families(const RecordedLap& lap, const SetupOverrides& overrides) {
+  std::set<FamilyId> observed;
+  for (const TagFrame& frame : lap.frames)
+    for (const TagDetection& detection : frame.detections) observed.insert(detection.tag.family);
+  if (observed.empty()) return {};
+  for (const auto& [tag, size_m] : overrides.size_by_tag_m) {
+    if (observed.contains(tag.family)) continue;
+    const std::string_view family = to_string(*observed.begin());
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("a size is set for {}, but the recording contains no tags of this family",
+                            to_string(tag)),
+                {.key = "tag_size_m"},
+                fmt::format("Name an observed family, for example `tag_size_m={}:{}={:g}`.", family,
+                            tag.number, size_m));
+  }
+  return {};
+}
+
+}  // namespace
 
 Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides) {
   if (!lap.setup.camera && lap.setup.chosen.camera_error)
@@ -167,6 +170,7 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
                 "Set `tag_size_m` to the side of the black square.");
   setup.sizes = std::move(*sizes);
   if (Status status = setup.sizes.check(); !status) return tl::unexpected(status.error());
+  if (Status status = check_size_families(lap, overrides); !status) return tl::unexpected(status.error());
   if (Status status = fill_anchor(lap, overrides, setup); !status) return tl::unexpected(status.error());
   return setup;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/tag_names.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/recorded_lap.hpp"
 #include "waymark/recording/recording_setup.hpp"
@@ -41,11 +42,6 @@ struct SetupOverrides {
 /// Adds the sizes to the metadata of a recording, as kTagSize and, if some tags have a different size,
 /// kTagSizes.
 void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& facts);
-
-/// Parses "tag36h11:0", or an ID in tag36h11. Errors name the field that contains the text, if any.
-[[nodiscard]] Result<TagId> tag_named(const std::string& text, const char* field = nullptr);
-/// Parses several texts, each a comma-separated list of tags such as "3,tag36h11:7". Errors name this field.
-[[nodiscard]] Result<std::vector<TagId>> tags_named(const std::vector<std::string>& texts, const char* field);
 
 /// An anchor pose in user units: x, y, z [m], followed by the roll, pitch and yaw of the tag frame [deg].
 /// Fails on non-finite numbers and on positions more than 10 km from the origin.

@@ -104,6 +104,17 @@ TEST(SetupOf, TheCallerOverridesTheRecording) {
   EXPECT_EQ(setup->map_T_anchor.translation(), there.translation());
 }
 
+TEST(SetupOf, SizesOfTagsOfOtherFamiliesAreRefused) {
+  const TagId observed{FamilyId::Tag25h9, 3};
+  const TagId other{FamilyId::Tag36h11, 3};
+  RecordedLap lap = whole_lap();
+  lap.frames.emplace_back().detections = {TagDetection{.tag = observed}};
+  EXPECT_TRUE(setup_of(lap, {.size_by_tag_m = {{observed, 0.08}}}));
+  const Error error = setup_error(lap, {.size_by_tag_m = {{other, 0.08}}});
+  EXPECT_EQ(error.place.key, "tag_size_m");
+  EXPECT_THAT(error.hint, HasSubstr("tag25h9:3=0.08"));
+}
+
 TEST(SetupOf, AnAnchorOtherThanTheRecordedOneIsAtTheOrigin) {
   const auto other = setup_of(whole_lap(), {.anchor = "7"});
   ASSERT_TRUE(other);

@@ -70,10 +70,10 @@ Status ConvertVideoFlags::check_unused() const {
 Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string& input,
                                                                const std::string& output) const {
   if (const Status used = check_no_recording(given_on(app_)); !used) return tl::unexpected(used.error());
-  const auto poses = poses_.make();
-  if (!poses) return tl::unexpected(poses.error());
   auto finder = detector_.make();
   if (!finder) return tl::unexpected(finder.error());
+  const auto poses = poses_.make(families_of(*finder));
+  if (!poses) return tl::unexpected(poses.error());
   Prepared prepared{{.input = input, .output = output, .images = images_}, std::move(*finder)};
   if (*poses) {
     prepared.job.camera = (*poses)->camera;

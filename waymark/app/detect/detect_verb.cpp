@@ -62,8 +62,9 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   if (!refused.status()) return fail_usage(refused.status().error(), console);
   const auto finder = args.detector.make();
   if (!finder) return fail_usage(finder.error(), console);
-  auto poses = args.poses.make();
+  auto poses = args.poses.make(families_of(*finder));
   if (!poses) return fail_usage(poses.error(), console);
+  if (*poses) console.warn((*poses)->sizes.warnings());
   const auto live = is_camera_input(args.job.sources, given_on(app));
   if (!live) return fail_usage(live.error(), console);
   if (*live)

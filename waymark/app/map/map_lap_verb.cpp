@@ -103,7 +103,10 @@ Result<MapJob> MapLapArgs::make_job() const {
   const Result<MapMethod> by = parse_map_method(method);
   if (!by) return tl::unexpected(by.error());
   made.options.method = *by;
-  const Result<TagSizes> sizes = parse_tag_sizes(tag_sizes);
+  // Recorded detections may be of any family, so setup_of() checks the families of these sizes.
+  const auto families = detector.given() ? detector.families() : std::vector<FamilyId>();
+  if (!families) return tl::unexpected(families.error());
+  const Result<TagSizes> sizes = parse_tag_sizes(tag_sizes, *families);
   if (!sizes) return tl::unexpected(sizes.error());
   made.overrides.tag_size_m = sizes->default_size_m;
   made.overrides.size_by_tag_m = sizes->size_by_tag_m;

@@ -388,6 +388,7 @@ Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, cons
                             const MapLapOptions& options, const MapProgress& progress, MapReport& report) {
   Result<TeachSetup> setup = setup_of(recorded, overrides);
   if (!setup) return tl::unexpected(setup.error());
+  for (std::string& warning : setup->sizes.warnings()) report.warnings.push_back(std::move(warning));
   if (options.prior) {
     for (const auto& [tag, mapped] : options.prior->map.tags) setup->sizes.size_by_tag_m[tag] = mapped.size_m;
   }

@@ -242,7 +242,7 @@ Eigen::Vector3d position_sigma_m(const MappedTag& tag) {
   return (J * *tag.covariance * J.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
-Result<MeasuredDistance> parse_distance(const std::string& text) {
+Result<MeasuredDistance> parse_distance(const std::string& text, SearchedFamilies families) {
   std::vector<std::string> parts;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
@@ -255,8 +255,8 @@ Result<MeasuredDistance> parse_distance(const std::string& text) {
                 "Give two ids and metres: 3,7,2.41, or with a standard deviation 3,7,2.41,0.002.");
   };
   if (parts.size() != 3 && parts.size() != 4) return wrong();
-  const Result<TagId> a = tag_named(parts[0]);
-  const Result<TagId> b = tag_named(parts[1]);
+  const Result<TagId> a = tag_named(parts[0], nullptr, families);
+  const Result<TagId> b = tag_named(parts[1], nullptr, families);
   MeasuredDistance distance;
   if (!a || !b || *a == *b) return wrong();
   distance.a = *a;

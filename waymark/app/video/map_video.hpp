@@ -8,6 +8,7 @@
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/report_fields.hpp"
+#include "waymark/app/common/tag_names.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/config/exchange/field_layouts.hpp"
@@ -29,7 +30,8 @@ struct MeasuredDistance {
 
 /// Parses "3,7,2.41" (two tag ids and a distance in metres), or "3,7,2.41,0.002" with a standard deviation.
 /// Errors name the field `distance`.
-[[nodiscard]] Result<MeasuredDistance> parse_distance(const std::string& text);
+[[nodiscard]] Result<MeasuredDistance> parse_distance(const std::string& text,
+                                                      SearchedFamilies families = {});
 
 struct MapVideoJob {
   static constexpr double kFlat_m = 0.005;  ///< flatness of floors and walls, as a standard deviation

@@ -80,12 +80,14 @@ MapVideoArgs::MapVideoArgs(CLI::App& verb)
 }
 
 Status MapVideoArgs::read_place(MapVideoJob& made) const {
-  Result<TagSizes> sizes = parse_tag_sizes(tag_sizes);
+  const auto families = detector.families();
+  if (!families) return tl::unexpected(families.error());
+  Result<TagSizes> sizes = parse_tag_sizes(tag_sizes, *families);
   if (!sizes) return tl::unexpected(sizes.error());
   made.sizes = std::move(*sizes);
   Status status;
   const auto read = [&](const std::vector<std::string>& texts, const char* field, std::vector<TagId>& tags) {
-    Result<std::vector<TagId>> named = tags_named(texts, field);
+    Result<std::vector<TagId>> named = tags_named(texts, field, *families);
     if (status && !named) status = tl::unexpected(named.error());
     if (named) tags = std::move(*named);
   };
@@ -95,7 +97,7 @@ Status MapVideoArgs::read_place(MapVideoJob& made) const {
   for (const std::string& plane : planes) read({plane}, "plane", made.planes.emplace_back());
   if (!status) return status;
   for (const std::string& text : distances) {
-    const Result<MeasuredDistance> distance = parse_distance(text);
+    const Result<MeasuredDistance> distance = parse_distance(text, *families);
     if (!distance) return tl::unexpected(distance.error());
     made.distances.push_back(*distance);
   }

@@ -79,9 +79,12 @@ Status read_fiducial(const YamlCursor& entry, TagMap& map) {
   if (!id) return tl::unexpected(id.error());
   const auto size_mm = entry.read_at("size", &YamlCursor::number);
   if (!size_mm) return tl::unexpected(size_mm.error());
-  if (!is_tag_size(kMillimetre * *size_mm))
-    return entry.at("size")->fail_here(ErrorCode::InvalidArgument,
-                                       fmt::format("a tag size of {:g} mm is not greater than 0", *size_mm));
+  if (!check_printed_size(kMillimetre * *size_mm, {}))
+    return entry.at("size")->fail_here(
+        ErrorCode::InvalidArgument,
+        fmt::format("{:g} is not a tag size in millimetres from {:g} to {:g}", *size_mm,
+                    kMinTagSize_m / kMillimetre, kMaxTagSize_m / kMillimetre),
+        "Sizes in this format are in millimetres, for example 165.1.");
   const auto pose = entry.read_at("transform", pose_of);
   if (!pose) return tl::unexpected(pose.error());
   const TagId tag{*family, static_cast<int>(*id)};

@@ -70,6 +70,7 @@ TEST(FmapLayout, ReportsErrorsWithTheirPlace) {
   EXPECT_EQ(error_of(good), "");
   EXPECT_THAT(error_of(with("36h11_classic", "99h9")), HasSubstr("field.fmap:1"));
   EXPECT_THAT(error_of(with("165.1", "-3")), HasSubstr("size"));
+  EXPECT_THAT(error_of(with("165.1", "0.1651")), HasSubstr("size")) << "metres instead of millimetres";
   EXPECT_THAT(error_of(with("-0.5, -0.866025", "7, -0.866025")), HasSubstr("transform"));
   EXPECT_THAT(error_of(with("0, 0, 0, 1]", "0, 0, 0]")), HasSubstr("16"));
   EXPECT_NE(error_of("{\"fiducials\": []}"), "");
