@@ -94,11 +94,30 @@ double nearest_edge(const Model& camera, int width_px, int height_px) {
   return std::hypot(std::max({0.0, -left, -right}), std::max({0.0, -top, -bottom}));
 }
 
-auto folds(double angle_rad, double rim_px, double edge_px) {
+/// Share of the image that is closer to the principal point than `rim`, in normalised coordinates.
+template <class Model>
+double share_within(const Model& camera, double rim, int width_px, int height_px) {
+  constexpr int kSamples = 200;  // per axis
+  int inside = 0;
+  for (int i = 0; i < kSamples; ++i) {
+    for (int j = 0; j < kSamples; ++j) {
+      const double y = ((i + 0.5) * height_px / kSamples - camera.cy) / camera.fy;
+      const double x = ((j + 0.5) * width_px / kSamples - camera.cx) / camera.fx;
+      inside += x * x + y * y < rim * rim ? 1 : 0;
+    }
+  }
+  return static_cast<double>(inside) / (kSamples * kSamples);
+}
+
+/// A domain that ends before the nearest image edge must cover at least this share of the image. If it covers
+/// less, the coefficients have probably been misread or badly fitted.
+constexpr double kMinDomainShare = 0.3;
+
+auto folds(double angle_rad, double rim_px, double share) {
   return invalid(
       fmt::format("the distortion folds or tears the image {:.1f} degrees off the axis, {:.0f} px from the "
-                  "principal point: before the nearest image edge at {:.0f} px",
-                  angle_rad * 180.0 / std::numbers::pi, rim_px, edge_px),
+                  "principal point: its domain covers only {:.0f} % of the image",
+                  angle_rad * 180.0 / std::numbers::pi, rim_px, 100 * share),
       "distortion",
       "Calibrate again with views that reach the edges, or check the signs, the order and the number of "
       "the coefficients and the size of the image.");
@@ -108,23 +127,21 @@ Result<double> find_domain(const PinholeRadtan& camera, int width_px, int height
   const Radtan lens{camera.k};
   const double limit = lens.domain();
   const double rim = lens.distorted_radius(limit);
-  const double edge = nearest_edge(camera, width_px, height_px);
-  const double focal = std::min(camera.fx, camera.fy);
-  if (limit < Radtan::kLargestRadius && rim < edge) {
-    return folds(std::atan(limit), rim * focal, edge * focal);
-  }
-  return limit;
+  if (limit >= Radtan::kLargestRadius || rim >= nearest_edge(camera, width_px, height_px)) return limit;
+  const double share = share_within(camera, rim, width_px, height_px);
+  if (share >= kMinDomainShare) return limit;
+  return folds(std::atan(limit), rim * std::min(camera.fx, camera.fy), share);
 }
 
 Result<double> find_domain(const Equidistant& camera, int width_px, int height_px) {
   const EquidistantAngle lens{camera.k};
   const double limit = lens.domain();
   const double rim = lens.distort(limit);
-  const double edge = nearest_edge(camera, width_px, height_px);
-  const double focal = std::min(camera.fx, camera.fy);
   // A circular fisheye has its image circle inside the image, so a domain of at least 90 degrees is enough.
-  if (limit < 0.5 * std::numbers::pi && rim < edge) return folds(limit, rim * focal, edge * focal);
-  return limit;
+  if (limit >= 0.5 * std::numbers::pi || rim >= nearest_edge(camera, width_px, height_px)) return limit;
+  const double share = share_within(camera, rim, width_px, height_px);
+  if (share >= kMinDomainShare) return limit;
+  return folds(limit, rim * std::min(camera.fx, camera.fy), share);
 }
 
 std::optional<Eigen::Vector2d> project_with(const PinholeRadtan& camera, double limit,

@@ -46,9 +46,9 @@ class CameraModel {
   /// Determines the domain: the largest cone about the optical axis in which the projection is one-to-one
   /// (see Radtan::domain and EquidistantAngle::domain). Fails if a parameter is not finite, or if a focal
   /// length or size is <= 0 or larger than for any real lens. Fails if a coefficient beyond their count is
-  /// not zero. Also fails if the distortion folds before the nearest image edge. The image circle of a
-  /// fisheye may end inside the image, so for a fisheye this is an error only if the distortion also folds
-  /// before 90 degrees. The location of the error names the field.
+  /// not zero. Also fails if the distortion folds before the nearest image edge and the domain covers less
+  /// than 30 % of the image. The image circle of a fisheye may end inside the image, so for a fisheye this is
+  /// an error only if the distortion also folds before 90 degrees. The location of the error names the field.
   static Result<CameraModel> make(const Projection& projection, int width_px, int height_px);
 
   [[nodiscard]] int width_px() const { return width_px_; }
@@ -75,6 +75,14 @@ class CameraModel {
   /// Normalised image coordinates (x/z, y/z) without distortion; `nullopt` if unproject() returns `nullopt`
   /// or z <= 0.
   [[nodiscard]] std::optional<Eigen::Vector2d> normalize(const Eigen::Vector2d& px) const;
+
+  /// Whether a point in the domain projects to each of these pixels.
+  template <class Pixels>
+  [[nodiscard]] bool covers(const Pixels& pixels) const {
+    for (const Eigen::Vector2d& px : pixels)
+      if (!unproject(px)) return false;
+    return true;
+  }
 
   /// Whether the pixel lies in the image.
   [[nodiscard]] bool contains(const Eigen::Vector2d& px) const;

@@ -1,5 +1,6 @@
 #include "waymark/camera/camera_model.hpp"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -184,10 +185,23 @@ TEST(CameraModel, RejectsADistortionThatFoldsInsideTheImage) {
   EXPECT_TRUE(CameraModel::make(lens, 640, 800))
       << "the fold at 327 px is beyond the nearest edge at 320 px, so only corners are lost";
   lens.fx = lens.fy = 500;
-  expect_rejected(error_of(lens, 640, 800), "distortion", "39.2 degrees off the axis, 272 px");
-  EXPECT_THAT(error_of(lens, 640, 800).message, HasSubstr("320 px"));
+  EXPECT_TRUE(CameraModel::make(lens, 640, 800)) << "the domain within 272 px covers 45 % of the image";
+  lens.fx = lens.fy = 300;
+  expect_rejected(error_of(lens, 640, 800), "distortion", "39.2 degrees off the axis, 163 px");
+  EXPECT_THAT(error_of(lens, 640, 800).message, HasSubstr("16 %"));
   const Equidistant folding{.fx = 300, .fy = 300, .cx = 320, .cy = 240, .k = {-0.8, 0, 0, 0}};
   expect_rejected(error_of(folding), "distortion", "37.0 degrees");
+}
+
+// r (1 - 0.4 r^2) grows up to 304 px from the principal point, and the nearest edge is 360 px away.
+TEST(CameraModel, ADomainInsideTheImageIsUsed) {
+  const PinholeRadtan lens{.fx = 500, .fy = 500, .cx = 640, .cy = 360, .k = {-0.4}, .coefficients = 4};
+  const CameraModel camera = must(CameraModel::make(lens, 1280, 720));
+  EXPECT_NEAR(camera.max_angle_rad(), std::atan(std::sqrt(1 / 1.2)), 1e-9);
+  EXPECT_LT(round_trip_error(camera, {640 + 303, 360}), 1e-9);
+  EXPECT_FALSE(camera.unproject({640 + 305, 360}));
+  EXPECT_TRUE(camera.covers(std::array{Eigen::Vector2d(640, 360), Eigen::Vector2d(900, 300)}));
+  EXPECT_FALSE(camera.covers(std::array{Eigen::Vector2d(640, 360), Eigen::Vector2d(1000, 360)}));
 }
 
 TEST(CameraModel, ACircularFisheyeMayEndInsideItsImage) {

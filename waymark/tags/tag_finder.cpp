@@ -8,8 +8,16 @@
 namespace waymark {
 namespace {
 
+/// Drops tags that the camera model does not cover. Their bearings are undefined.
+void drop_beyond_lens(const CameraModel* camera, FoundTags& found) {
+  if (camera == nullptr) return;
+  found.beyond_lens = std::erase_if(found.detections,
+                                    [&](const TagDetection& tag) { return !camera->covers(tag.corners_px); });
+}
+
 void refine_all(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
                 FoundTags& found) {
+  drop_beyond_lens(camera, found);
   if (!finder.refinement) return;
   for (TagDetection& detection : found.detections) {
     const RefinedCorners refined = refine_corners(image, detection, *finder.refinement, camera);

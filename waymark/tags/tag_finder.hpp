@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <span>
@@ -35,13 +36,16 @@ struct FoundTags {
   std::vector<TagDetection> detections;
   std::vector<RefinementOutcome> refinements = {};  ///< one per detection; empty if no corners were refined
   std::vector<MissedTag> missed = {};  ///< for sequences: expected tags that were not found, with reasons
+  /// Number of tags that were dropped because a corner is outside the domain of the camera model.
+  std::size_t beyond_lens = 0;
 };
 
 /// Finds the tags in an image and refines their corners, which then have a covariance. If a fit is not
-/// usable, the detected corners are kept with the covariance given by unrefined_sigma_px; no detection is
-/// dropped. `camera` is the camera model for images of this size; its distortion determines how the edges of
-/// tags are curved. The argument has no default because corners refined without the model of a distorting
-/// camera are biased; pass null if the model is unknown. Thread-safe if the detector is.
+/// usable, the detected corners are kept with the covariance given by unrefined_sigma_px. `camera` is the
+/// camera model for images of this size; its distortion determines how the edges of tags are curved. Only
+/// tags with a corner outside its domain are dropped, and they are counted. The argument has no default
+/// because corners refined without the model of a distorting camera are biased; pass null if the model is
+/// unknown. Thread-safe if the detector is.
 [[nodiscard]] Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder,
                                           const CameraModel* camera);
 

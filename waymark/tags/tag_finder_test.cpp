@@ -68,6 +68,25 @@ TEST(TagFinder, KeepsTheDetectorsCornersWithoutRefinement) {
   EXPECT_TRUE(found->refinements.empty());
 }
 
+TEST(TagFinder, DropsAndCountsTagsOutsideTheDomainOfTheLens) {
+  // The domain ends 304 px from the principal point.
+  const auto camera = CameraModel::make(
+      PinholeRadtan{.fx = 500, .fy = 500, .cx = 640, .cy = 360, .k = {-0.4}, .coefficients = 4}, 1280, 720);
+  ASSERT_TRUE(camera);
+  TagDetection inside{.tag = {FamilyId::Tag36h11, 1}};
+  inside.corners_px = {Eigen::Vector2d(600, 320), Eigen::Vector2d(680, 320), Eigen::Vector2d(680, 400),
+                       Eigen::Vector2d(600, 400)};
+  TagDetection outside{.tag = {FamilyId::Tag36h11, 2}, .corners_px = inside.corners_px};
+  for (Eigen::Vector2d& corner : outside.corners_px) corner.x() += 300;
+  const TagFinder finder{.detector = std::make_unique<ScriptedDetector>(std::vector{inside, outside})};
+  const auto found = find_tags(Image(1280, 720), finder, &*camera);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->beyond_lens, 1U);
+  ASSERT_EQ(found->detections.size(), 1U);
+  EXPECT_EQ(found->detections[0].tag.number, 1);
+  EXPECT_EQ(find_tags(Image(1280, 720), finder, nullptr)->detections.size(), 2U) << "unknown lens";
+}
+
 TEST(TagFinder, PropagatesErrorsAndChecksItsOptions) {
   const auto failing = make_tag_finder(
       std::make_unique<ScriptedDetector>(fail(ErrorCode::LimitExceeded, "the image is too large")));

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/app/common/file_kind.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
 #include "waymark/media/video_format.hpp"
@@ -284,6 +285,12 @@ Result<std::vector<ImageReport>> parse_reports(std::string_view text, const std:
   return reports;
 }
 
+std::string beyond_lens_note(std::size_t tags) {
+  return fmt::format(
+      "dropped {} outside the range of the lens model. Calibrate with views that reach the image corners.",
+      counted(tags, "tag"));
+}
+
 std::string internal::name_of_image(const std::string& path, SensorTime stamp) {
   constexpr std::int64_t kSecond = 1'000'000'000;
   const std::int64_t ns = stamp.time_since_epoch().count();
@@ -306,6 +313,7 @@ void find_in(const ImageView& image, const TagFinder& finder, const CameraModel*
   report.detected = true;
   report.detections = std::move(found->detections);
   report.refinements = std::move(found->refinements);
+  report.beyond_lens = found->beyond_lens;
 }
 
 /// Reads the image and detects its tags; a failure is recorded in the report.
@@ -338,6 +346,7 @@ ImageReport report_on(const std::string& path, SensorTime stamp, const ImageView
 /// Counts a processed image. Its error is printed as a note, unless an earlier image had the same one.
 void count(const ImageReport& report, const JobControl& control, DetectSummary& summary) {
   summary.tags += report.detections.size();
+  summary.beyond_lens += report.beyond_lens;
   ++(report.error ? summary.failed : summary.images);
   if (!report.error) return;
   const std::string words = to_string(*report.error);
@@ -463,6 +472,7 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
     going = each(i, report, image);
     count(report, control, summary);
   }
+  if (summary.beyond_lens > 0) control.note("note: " + beyond_lens_note(summary.beyond_lens));
   return summary;
 }
 

@@ -32,6 +32,7 @@ struct ImageReport {
   bool detected = false;  ///< whether the detector ran; if not, `detections` is meaningless
   std::vector<TagDetection> detections = {};
   std::vector<RefinementOutcome> refinements = {};  ///< one per detection; empty if nothing was refined
+  std::size_t beyond_lens = 0;                      ///< number of tags dropped: see FoundTags::beyond_lens
   std::optional<Error> error = {};  ///< failure for this image; other members that are set remain valid
 };
 
@@ -56,6 +57,7 @@ struct DetectSummary {
   std::size_t images = 0;  ///< number of images processed without an error
   std::size_t tags = 0;
   std::size_t failed = 0;
+  std::size_t beyond_lens = 0;      ///< number of tags dropped: see FoundTags::beyond_lens
   bool stopped = false;             ///< cancelled before the end of the list
   bool annotations_failed = false;  ///< a folder for annotated images could not be created
   std::set<std::string> noted{};    ///< errors already printed as notes, so that each is printed only once
@@ -73,6 +75,9 @@ using EachImage = std::function<bool(std::size_t index, ImageReport& report, con
 [[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
                                        const CameraModel* camera, const JobControl& control,
                                        const EachImage& each);
+
+/// A note that this many tags were dropped: see FoundTags::beyond_lens.
+[[nodiscard]] std::string beyond_lens_note(std::size_t tags);
 
 namespace internal {
 

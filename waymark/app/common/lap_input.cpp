@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/camera_description.hpp"
+#include "waymark/app/common/detect_all.hpp"
 #include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/config/share.hpp"
@@ -224,6 +225,7 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
   const auto log = open_recordings(paths, control);
   if (!log) return tl::unexpected(log.error());
   std::optional<TagFinder> usual;  // created only when needed
+  std::size_t beyond_lens = 0;
   const FrameFinder find = [&](const CameraFrame& frame, const CameraModel* camera) -> Result<TagFrame> {
     if (control.cancelled())
       return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = paths.front()});
@@ -234,11 +236,13 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
     }
     Result<FoundTags> found = find_tags(frame.image, finder != nullptr ? *finder : *usual, camera);
     if (!found) return tl::unexpected(found.error());
+    beyond_lens += found->beyond_lens;
     control.progress({fmt::format("finding tags: {:.1f} s", to_seconds(frame.stamp.time_since_epoch()))});
     return TagFrame{frame.stamp, frame.camera, std::move(found->detections)};
   };
   Result<RecordedLap> lap =
       read_lap(**log, find, finder != nullptr ? TagSource::Images : TagSource::AsRecorded, choice);
+  if (lap && beyond_lens > 0) lap->notes.push_back(beyond_lens_note(beyond_lens));
   if (lap)
     for (const auto* notes : {&lap->setup.chosen.notes, &lap->notes})
       for (const std::string& note : *notes) control.note("note: " + note);
