@@ -44,6 +44,14 @@ Status check_centre(std::string key, double centre) {
                  "Give it in pixels; it is usually near the middle of the image.");
 }
 
+/// No real sensor has a larger skew. Numbers in a different order, such as column by column, often do.
+Status check_skew(double skew, double fx) {
+  constexpr double kLargestSkew = 0.1;  // relative to the focal length
+  if (std::abs(skew) <= kLargestSkew * fx) return {};
+  return invalid(fmt::format("invalid skew {}", skew), "skew",
+                 "It is usually 0. Check the order of the numbers in the camera matrix.");
+}
+
 template <class Coefficients>
 Status check_coefficients(const Coefficients& k) {
   for (const double c : k) {
@@ -76,6 +84,7 @@ Status check_numbers(const Model& camera) {
   if (status) status = check_focal("fy", camera.fy);
   if (status) status = check_centre("cx", camera.cx);
   if (status) status = check_centre("cy", camera.cy);
+  if (status) status = check_skew(camera.skew, camera.fx);
   if (status) status = check_coefficients(camera.k);
   if (status) status = check_count(camera);
   return status;
@@ -102,7 +111,7 @@ double share_within(const Model& camera, double rim, int width_px, int height_px
   for (int i = 0; i < kSamples; ++i) {
     for (int j = 0; j < kSamples; ++j) {
       const double y = ((i + 0.5) * height_px / kSamples - camera.cy) / camera.fy;
-      const double x = ((j + 0.5) * width_px / kSamples - camera.cx) / camera.fx;
+      const double x = ((j + 0.5) * width_px / kSamples - camera.cx - camera.skew * y) / camera.fx;
       inside += x * x + y * y < rim * rim ? 1 : 0;
     }
   }
@@ -152,11 +161,13 @@ std::optional<Eigen::Vector2d> project_with(const PinholeRadtan& camera, double 
   Eigen::Matrix2d J;
   const Eigen::Vector2d distorted = Radtan{camera.k}.distort(undistorted, J_px_p == nullptr ? nullptr : &J);
   if (J_px_p != nullptr) {
+    if (camera.skew != 0.0) J.row(0) += camera.skew / camera.fx * J.row(1);
     J.row(0) *= camera.fx / cam_p.z();
     J.row(1) *= camera.fy / cam_p.z();
     *J_px_p << J, -J * undistorted;
   }
-  return Eigen::Vector2d(camera.fx * distorted.x() + camera.cx, camera.fy * distorted.y() + camera.cy);
+  return Eigen::Vector2d(camera.fx * distorted.x() + camera.skew * distorted.y() + camera.cx,
+                         camera.fy * distorted.y() + camera.cy);
 }
 
 /// Like std::hypot, which is slow; here the arguments cannot overflow.
@@ -185,13 +196,16 @@ std::optional<Eigen::Vector2d> project_with(const Equidistant& camera, double li
     *J_px_p << camera.fx * (across * y * y + along * x * x), camera.fx * (along - across) * x * y,
         camera.fx * depth * x, camera.fy * (along - across) * x * y,
         camera.fy * (across * x * x + along * y * y), camera.fy * depth * y;
+    if (camera.skew != 0.0) J_px_p->row(0) += camera.skew / camera.fy * J_px_p->row(1);
   }
-  return Eigen::Vector2d(camera.fx * theta_d * x + camera.cx, camera.fy * theta_d * y + camera.cy);
+  return Eigen::Vector2d(camera.fx * theta_d * x + camera.skew * theta_d * y + camera.cx,
+                         camera.fy * theta_d * y + camera.cy);
 }
 
 template <class Model>
 Eigen::Vector2d without_intrinsics(const Model& camera, const Eigen::Vector2d& px) {
-  return {(px.x() - camera.cx) / camera.fx, (px.y() - camera.cy) / camera.fy};
+  const double y = (px.y() - camera.cy) / camera.fy;
+  return {(px.x() - camera.cx - camera.skew * y) / camera.fx, y};
 }
 
 std::optional<Eigen::Vector3d> unproject_with(const PinholeRadtan& camera, double limit,
@@ -280,6 +294,7 @@ Result<CameraModel> scaled_camera(const CameraModel& camera, int width_px, int h
   std::visit(
       [&](auto& lens) {
         lens.fx *= x;
+        lens.skew *= x;
         lens.cx *= x;
         lens.fy *= y;
         lens.cy *= y;

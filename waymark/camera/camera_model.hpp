@@ -21,6 +21,7 @@ struct PinholeRadtan {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 8> k{};  ///< k1 k2 p1 p2 k3 k4 k5 k6; zero beyond `coefficients`
   int coefficients = 0;       ///< number in use: 0, 4, 5 or 8 (stored so that files are rewritten unchanged)
+  double skew = 0;            ///< [px] the x coordinate of a pixel is fx x + skew y + cx; usually 0
 
   friend bool operator==(const PinholeRadtan&, const PinholeRadtan&) = default;
 };
@@ -32,6 +33,7 @@ struct PinholeRadtan {
 struct Equidistant {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 4> k{};
+  double skew = 0;  ///< as in PinholeRadtan; estimated by the fisheye calibrator of ROS
 
   friend bool operator==(const Equidistant&, const Equidistant&) = default;
 };

@@ -94,11 +94,12 @@ std::optional<IntrinsicsJacobian> intrinsics_jacobian(const CameraModel& camera,
       [&](const auto& model) {
         const int n = coefficients_of(model);
         IntrinsicsJacobian J = IntrinsicsJacobian::Zero(2, kPinhole + n);
-        J(0, 0) = (px->x() - model.cx) / model.fx;
-        J(1, 1) = (px->y() - model.cy) / model.fy;
+        const double y = (px->y() - model.cy) / model.fy;
+        J(0, 0) = (px->x() - model.cx - model.skew * y) / model.fx;
+        J(1, 1) = y;
         J(0, 2) = J(1, 3) = 1;
         const Bend bend = bend_of(model, cam_p);
-        J.row(0).tail(n) = model.fx * bend.row(0).head(n);
+        J.row(0).tail(n) = model.fx * bend.row(0).head(n) + model.skew * bend.row(1).head(n);
         J.row(1).tail(n) = model.fy * bend.row(1).head(n);
         return J;
       },

@@ -16,7 +16,7 @@ inline constexpr int kMaxIntrinsics = 12;
 using IntrinsicsJacobian = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMaxIntrinsics>;
 
 /// The parameters of a camera: fx, fy, cx, cy, then the distortion coefficients in use, in the order of the
-/// model.
+/// model. The skew is not included, because no calibration here estimates it.
 [[nodiscard]] Eigen::VectorXd intrinsics_of(const CameraModel& camera);
 /// Names of the parameters: "fx", "fy", "cx", "cy", "k1", …
 [[nodiscard]] std::vector<std::string> intrinsics_names(const CameraModel& camera);

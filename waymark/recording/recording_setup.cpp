@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/codecs/image_codec.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
 
@@ -40,11 +41,7 @@ auto* with_topic(Items& items, std::string_view topic) {
 /// Camera model of rectified images: the projection matrix, without distortion.
 std::optional<CameraModel> rectified_camera(const ros2::CameraInfo& info) {
   if (!(info.p[0] > 0)) return std::nullopt;
-  ros2::CameraInfo flat = info;
-  flat.distortion_model = "plumb_bob";
-  flat.d.clear();
-  flat.k = {info.p[0], 0, info.p[2], 0, info.p[5], info.p[6], 0, 0, 1};
-  const Result<CameraModel> camera = ros2::from_ros(flat);
+  const Result<CameraModel> camera = ros2::rectified_from_ros(info);
   return camera ? std::optional(*camera) : std::nullopt;
 }
 
@@ -89,14 +86,30 @@ Status add_transforms(CameraFacts& facts, ByteSpan cdr) {
 Status add_image(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
   const auto head = cdr::decode<ImageHead>(cdr);
   if (!head) return tl::unexpected(head.error());
-  facts.views.push_back({std::string(topic), frame_name(head->header.frame_id), true, head->encoding});
+  constexpr std::uint32_t kMaxSide = 1U << 20U;
+  facts.views.push_back({std::string(topic), frame_name(head->header.frame_id), true, head->encoding,
+                         static_cast<int>(std::min(head->width, kMaxSide)),
+                         static_cast<int>(std::min(head->height, kMaxSide))});
   return {};
 }
 
-Status add_view(CameraFacts& facts, std::string_view topic, bool image, ByteSpan cdr) {
+/// The size of a compressed image is stored in its data.
+Status add_compressed(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
+  const auto message = cdr::decode<ros2::CompressedImage>(cdr);
+  if (!message) return tl::unexpected(message.error());
+  RecordedView view{std::string(topic), frame_name(message->header.frame_id), true, {}};
+  if (const Result<ImageInfo> info = probe(message->data, topic)) {
+    view.width_px = info->width;
+    view.height_px = info->height;
+  }
+  facts.views.push_back(std::move(view));
+  return {};
+}
+
+Status add_tags(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
   const auto head = cdr::decode<HeaderFirst>(cdr);
   if (!head) return tl::unexpected(head.error());
-  facts.views.push_back({std::string(topic), frame_name(head->header.frame_id), image, {}});
+  facts.views.push_back({std::string(topic), frame_name(head->header.frame_id), false, {}});
   return {};
 }
 
@@ -117,8 +130,8 @@ Status add_fact(CameraFacts& facts, std::string_view topic, std::string_view typ
   if (type == ros2::TFMessage::kType) return add_transforms(facts, cdr);
   if (with_topic(facts.views, topic) != nullptr || with_topic(facts.motions, topic) != nullptr) return {};
   if (type == ros2::Image::kType) return add_image(facts, topic, cdr);
-  if (type == ros2::CompressedImage::kType) return add_view(facts, topic, true, cdr);
-  if (is_tags(type)) return add_view(facts, topic, false, cdr);
+  if (type == ros2::CompressedImage::kType) return add_compressed(facts, topic, cdr);
+  if (is_tags(type)) return add_tags(facts, topic, cdr);
   if (type == ros2::Odometry::kType) {
     const auto head = cdr::decode<OdometryHead>(cdr);
     if (!head) return tl::unexpected(head.error());
@@ -181,6 +194,7 @@ class CameraSelector {
   void choose_views();
   void keep_one_copy();
   void choose_info();
+  void check_size(const RecordedCameraInfo& info);
   void choose_motion(bool imu, const std::string& requested, std::string_view usual, const char* field);
   void find_mounting();
   std::string find_base(const std::string& camera);
@@ -327,9 +341,35 @@ void CameraSelector::choose_info() {
   chosen_.camera = rectified && info.rectified ? info.rectified : info.camera;
   chosen_.camera_error = info.error;
   if (rectified && info.rectified) note("images are rectified: using the projection matrix of " + info.topic);
+  const bool only_tags =
+      !views_.empty() && std::ranges::none_of(views_, [](const RecordedView& view) { return view.image; });
+  if (only_tags && !rectified && info.rectified != info.camera) chosen_.rectified = info.rectified;
+  check_size(info);
   if (facts_.infos.size() > 1) note("using the camera calibration of " + info.topic);
   if (views_.empty()) views_.push_back({info.topic, info.frame, false, {}});
   if (views_.front().frame.empty()) views_.front().frame = info.frame;
+}
+
+/// Rejects a calibration for another image size. If the recording contains tags, its images are not used, so
+/// a different size only causes a note.
+void CameraSelector::check_size(const RecordedCameraInfo& info) {
+  if (!chosen_.camera) return;
+  const bool tags = std::ranges::any_of(views_, [](const RecordedView& view) { return !view.image; });
+  for (const RecordedView& view : views_) {
+    if (!view.image || view.width_px == 0) continue;
+    Status fits = check_camera_matches_image(*chosen_.camera, view.width_px, view.height_px);
+    if (fits) continue;
+    Error error = fits.error();
+    error.message = fmt::format("calibration and images ({}) do not match: {}", view.topic, error.message);
+    error.place.key = info.topic;
+    if (tags) {
+      note(to_string(error));
+      continue;
+    }
+    chosen_.camera.reset();
+    chosen_.camera_error = std::move(error);
+    return;
+  }
 }
 
 void CameraSelector::choose_motion(bool imu, const std::string& requested, std::string_view usual,

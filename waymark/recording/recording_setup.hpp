@@ -32,6 +32,8 @@ struct RecordedView {
   std::string frame{};
   bool image = false;
   std::string encoding{};  ///< encoding of raw images
+  int width_px = 0;        ///< size of the first image; 0 if unknown
+  int height_px = 0;
 };
 
 /// A topic with odometry or IMU data.
@@ -91,6 +93,9 @@ struct CameraChoice {
 /// The camera selected from a recording and its mounting.
 struct ChosenCamera {
   std::optional<CameraModel> camera{};
+  /// The camera of rectified images, if it differs from `camera` and the recording contains only detections,
+  /// which may be from either kind of image.
+  std::optional<CameraModel> rectified{};
   std::optional<SE3> base_T_cam{};
   std::optional<SO3> base_R_imu{};  ///< set if the IMU axes differ from the base axes
   std::string base_frame{};

@@ -53,6 +53,30 @@ TEST(CameraChoice, ComposesAllTransformsOfTheChain) {
   EXPECT_THAT(chosen.unused, IsEmpty());
 }
 
+TEST(CameraChoice, ACalibrationOfAnotherImageSizeIsRejected) {
+  CameraFacts facts = a_robot();
+  facts.views[0].width_px = 640;
+  facts.views[0].height_px = 480;
+  EXPECT_TRUE(choose_camera(facts, {}).camera);
+  facts.views[0].width_px = 1280;
+  facts.views[0].height_px = 960;
+  const ChosenCamera chosen = choose_camera(facts, {});
+  EXPECT_FALSE(chosen.camera);
+  ASSERT_TRUE(chosen.camera_error);
+  EXPECT_THAT(chosen.camera_error->message, HasSubstr("640x480"));
+  EXPECT_THAT(chosen.camera_error->message, HasSubstr("1280x960"));
+  facts.views.push_back({"/detections", "camera_color_optical_frame", false, {}});
+  EXPECT_TRUE(choose_camera(facts, {}).camera) << "images are not used if there are tags";
+}
+
+TEST(CameraChoice, DetectionsMayBeOfRectifiedImages) {
+  CameraFacts facts = a_robot();
+  facts.infos[0].rectified = some_camera(420);
+  EXPECT_FALSE(choose_camera(facts, {}).rectified) << "the topic of the images is known";
+  facts.views = {{"/detections", "camera_color_optical_frame", false, {}}};
+  EXPECT_EQ(choose_camera(facts, {}).rectified, facts.infos[0].rectified);
+}
+
 TEST(CameraChoice, TheBaseIsTheChildFrameOfTheOdometry) {
   CameraFacts facts = a_robot();
   facts.frames.add("base_footprint", "base_link", SE3(SO3(), {0, 0, 0.01}));  // a second parent, besides odom

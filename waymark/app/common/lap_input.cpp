@@ -17,6 +17,7 @@
 #include "waymark/config/share.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/config/yaml/world_file.hpp"
+#include "waymark/pose/tag_pose.hpp"
 
 namespace waymark {
 namespace {
@@ -234,6 +235,13 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
       if (!made) return tl::unexpected(made.error());
       usual = std::move(*made);
     }
+    if (camera != nullptr) {
+      Status fits = check_camera_matches_image(*camera, frame.image.width(), frame.image.height());
+      if (!fits) {
+        fits.error().place.source = paths.front();
+        return tl::unexpected(fits.error());
+      }
+    }
     Result<FoundTags> found = find_tags(frame.image, finder != nullptr ? *finder : *usual, camera);
     if (!found) return tl::unexpected(found.error());
     beyond_lens += found->beyond_lens;
@@ -243,10 +251,69 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
   Result<RecordedLap> lap =
       read_lap(**log, find, finder != nullptr ? TagSource::Images : TagSource::AsRecorded, choice);
   if (lap && beyond_lens > 0) lap->notes.push_back(beyond_lens_note(beyond_lens));
+  if (lap) take_better_fitting_camera(lap->setup, lap->frames);
   if (lap)
     for (const auto* notes : {&lap->setup.chosen.notes, &lap->notes})
       for (const std::string& note : *notes) control.note("note: " + note);
   return lap;
+}
+
+namespace {
+
+/// Mean squared residual of the corners of single tags [px^2], and the number of tags. A tag has eight corner
+/// coordinates and its pose six unknowns, so a wrong camera model leaves residuals. They do not depend on the
+/// size of the tag.
+struct Misfit {
+  double px2 = 0;
+  std::size_t tags = 0;
+
+  [[nodiscard]] double rms_px() const { return std::sqrt(px2); }
+};
+
+Misfit misfit_of(std::span<const TagFrame> frames, const CameraModel& camera) {
+  constexpr std::size_t kMaxFrames = 400;
+  const std::size_t step = frames.size() / kMaxFrames + 1;
+  Misfit misfit;
+  for (std::size_t i = 0; i < frames.size(); i += step) {
+    for (TagDetection detection : frames[i].detections) {
+      detection.corner_covariance_px2.reset();  // the same weights for both cameras
+      const Result<TagPose> pose = estimate_tag_pose(detection, 1.0, camera);
+      if (!pose) continue;
+      misfit.px2 += pose->best.rms_px * pose->best.rms_px;
+      ++misfit.tags;
+    }
+  }
+  if (misfit.tags > 0) misfit.px2 /= static_cast<double>(misfit.tags);
+  return misfit;
+}
+
+}  // namespace
+
+void take_better_fitting_camera(RecordingSetup& setup, std::span<const TagFrame> frames) {
+  if (!setup.camera || !setup.chosen.rectified || !setup.more_cameras.empty()) return;
+  if (setup.metadata.contains(lap_facts::kMetadata)) return;  // Waymark does not rectify images
+  constexpr std::size_t kMinTags = 10;
+  constexpr double kMinRatio = 1.5;  // of the mean squares, with at least 20 degrees of freedom
+  const Misfit raw = misfit_of(frames, *setup.camera);
+  const Misfit rectified = misfit_of(frames, *setup.chosen.rectified);
+  const bool raw_fits = raw.tags >= kMinTags;
+  const bool rectified_fits = rectified.tags >= kMinTags;
+  if (!raw_fits && !rectified_fits) return;
+  const bool is_rectified = rectified_fits && (!raw_fits || rectified.px2 * kMinRatio < raw.px2);
+  const bool is_raw = raw_fits && (!rectified_fits || raw.px2 * kMinRatio < rectified.px2);
+  if (is_rectified) {
+    setup.camera = setup.chosen.camera = setup.chosen.rectified;
+    setup.chosen.notes.push_back(fmt::format(
+        "the tags were detected in rectified images: using the projection matrix (residual of the "
+        "corners {:.2f} px, but {:.2f} px with the camera matrix and the distortion)",
+        rectified.rms_px(), raw.rms_px()));
+  } else if (!is_raw) {
+    setup.chosen.notes.push_back(fmt::format(
+        "the tags may have been detected in rectified images; using the camera matrix and the "
+        "distortion (residual of the corners {:.2f} px, and {:.2f} px with the projection matrix)",
+        raw.rms_px(), rectified.rms_px()));
+  }
+  setup.chosen.rectified.reset();
 }
 
 namespace {

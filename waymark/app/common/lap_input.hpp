@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,11 @@ void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& fa
 [[nodiscard]] Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths,
                                                  const JobControl& control, const TagFinder* finder,
                                                  const CameraChoice& choice);
+
+/// Detections do not contain whether their images were rectified. Of the two cameras of the calibration, sets
+/// `setup.camera` to the one that fits the corners clearly better, and adds a note. Does nothing unless
+/// `setup.chosen.rectified` is set.
+void take_better_fitting_camera(RecordingSetup& setup, std::span<const TagFrame> frames);
 
 struct RobotDescription;
 

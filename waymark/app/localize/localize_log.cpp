@@ -46,11 +46,18 @@ Status detect_tags(const std::string& path, const CameraChoice& frames, Localize
   return {};
 }
 
+std::vector<TagFrame> tag_frames_of(const std::vector<Sample>& samples) {
+  std::vector<TagFrame> frames;
+  for (const Sample& sample : samples)
+    if (const auto* frame = std::get_if<TagFrame>(&sample)) frames.push_back(*frame);
+  return frames;
+}
+
 Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInputs& inputs,
                 const JobControl& control) {
   const auto log = open_recording(path, control);
   if (!log) return tl::unexpected(log.error());
-  const Result<RecordingSetup> setup = (*log)->setup(frames);
+  Result<RecordingSetup> setup = (*log)->setup(frames);
   if (setup && setup->chosen.ambiguous) {
     Error error = *setup->chosen.ambiguous;
     error.place.source = path;
@@ -77,8 +84,10 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
     if (Status detected = detect_tags(path, frames, inputs, control); !detected) return detected;
   }
   if (!setup) return {};
+  if (setup->chosen.rectified) take_better_fitting_camera(*setup, tag_frames_of(inputs.samples));
   for (const std::string& note : setup->chosen.notes) control.note("note: " + note);
-  if (setup->camera || setup->base_T_cam || !setup->facts.frames.empty()) inputs.recorded = *setup;
+  if (setup->camera || setup->base_T_cam || !setup->facts.frames.empty() || setup->chosen.camera_error)
+    inputs.recorded = *setup;
   if (setup->camera) inputs.setup.sensor.camera = setup->camera;
   if (setup->base_T_cam) inputs.setup.sensor.base_T_sensor = *setup->base_T_cam;
   if (!setup->more_cameras.empty()) inputs.setup.sensor.more_cameras = setup->more_cameras;
@@ -147,7 +156,10 @@ Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   const auto calibration =
       or_wrong_kind(read_calibration(job.calibration), job.calibration, FileUse::Calibration);
   if (!calibration) return tl::unexpected(calibration.error());
-  if (calibration->camera) inputs.setup.sensor.camera = calibration->camera;
+  if (calibration->camera) {
+    inputs.setup.sensor.camera = calibration->camera;
+    inputs.recorded.chosen.camera_error.reset();
+  }
   SE3& base_T_sensor = inputs.setup.sensor.base_T_sensor;
   if (inputs.planar_sensor) {
     const auto known = [&](const char* name, double given) {
@@ -182,6 +194,12 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   inputs.observations = static_cast<std::size_t>(count(is_observation));
   if (inputs.observations == 0) return lacks("neither tags nor landmark observations");
   const bool corners = count([](const Sample& s) { return std::holds_alternative<TagFrame>(s); }) > 0;
+  if (corners && job.robot.empty() && inputs.recorded.chosen.camera_error) {
+    // The robot file in the map folder may describe another camera or another image size.
+    Error error = *inputs.recorded.chosen.camera_error;
+    error.place.source = job.logs.front();
+    return tl::unexpected(std::move(error));
+  }
   if (corners && !inputs.setup.sensor.camera)
     return fail(ErrorCode::NotFound, "no camera calibration in the recording or in the map folder",
                 {.source = job.logs.front()}, "Set `robot` to a robot file with a camera.");

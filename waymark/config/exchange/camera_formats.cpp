@@ -18,6 +18,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/base/message_text.hpp"
+#include "waymark/camera/calibration_numbers.hpp"
 #include "waymark/config/yaml_tree.hpp"
 
 namespace waymark::internal {
@@ -26,60 +27,18 @@ namespace {
 /// Offset between the pixel centres in the files (at integers) and in Waymark (at +1/2; docs/conventions.md).
 constexpr double kHalfPixel = 0.5;
 
-/// A distortion model and its allowed numbers of coefficients.
-struct Distortion {
-  std::string_view name;
-  bool fisheye = false;
-  std::vector<std::size_t> counts;
-};
-
-const std::vector<Distortion>& known_distortions() {
-  static const std::vector<Distortion> kKnown = {
-      {"plumb_bob", false, {0, 4, 5}},     {"radtan", false, {0, 4, 5}},
-      {"rational_polynomial", false, {8}}, {"none", false, {0}},
-      {"equidistant", true, {4}},          {"fisheye", true, {4}},
-  };
-  return kKnown;
-}
-
-Result<Distortion> find_distortion(const YamlCursor& model) {
-  const auto name = model.text();
-  if (!name) return tl::unexpected<Error>(name.error());
-  std::vector<std::string> names;
-  for (const Distortion& known : known_distortions()) {
-    if (known.name == *name) return known;
-    names.emplace_back(known.name);
-  }
-  return model.fail_here(ErrorCode::Unsupported,
-                         fmt::format("unknown distortion model '{}'", name->substr(0, 40)),
-                         suggestion(*name, names));
-}
-
-Status check_count(const Distortion& model, std::size_t count, const YamlCursor& place) {
-  if (std::find(model.counts.begin(), model.counts.end(), count) != model.counts.end()) return {};
-  std::vector<std::string_view> fitting;
-  for (const Distortion& other : known_distortions()) {
-    const bool fits = std::find(other.counts.begin(), other.counts.end(), count) != other.counts.end();
-    if (fits) fitting.push_back(other.name);
-  }
-  const std::string hint =
-      fitting.empty() ? "" : fmt::format("Models with {} coefficients: {}.", count, fmt::join(fitting, ", "));
-  return place.fail_here(ErrorCode::InvalidArgument,
-                         fmt::format("{} distortion coefficients, but the model '{}' has {}", count,
-                                     model.name, fmt::join(model.counts, " or ")),
-                         hint);
-}
-
-/// Adds the place of the values in the file to an error from CameraModel::make().
-Error with_place(Error error, const CameraPlaces& places) {
-  const bool about_size = error.place.key == "resolution";
-  const bool about_distortion = error.place.key == "distortion";
-  const YamlCursor& cursor = about_size         ? places.resolution
-                             : about_distortion ? places.distortion
-                                                : places.intrinsics;
-  const std::string field = about_size || about_distortion ? "" : error.place.key;
+/// Adds the place of the values in the file to an error from camera_from().
+Error with_place(Error error, const YamlCursor& model, const CameraPlaces& places) {
+  const std::string key = error.place.key;
+  const bool about_size = key == "resolution" || key == "roi";
+  const bool about_matrix = key == "camera_matrix";
+  const YamlCursor& cursor = about_size                  ? places.resolution
+                             : key == "distortion"       ? places.distortion
+                             : key == "distortion_model" ? model
+                                                         : places.intrinsics;
+  const bool named = about_size || about_matrix || key == "distortion" || key == "distortion_model";
   error.place = cursor.place();
-  if (!field.empty()) error.message = fmt::format("{}: {}", field, error.message);
+  if (!named && !key.empty()) error.message = fmt::format("{}: {}", key, error.message);
   return error;
 }
 
@@ -101,23 +60,15 @@ std::string centre_text(double centre_px) {
 Result<CameraModel> make_camera(const YamlCursor& model, const FileIntrinsics& intrinsics,
                                 const std::vector<double>& distortion, std::int64_t width_px,
                                 std::int64_t height_px, const CameraPlaces& places) {
-  const auto kind = find_distortion(model);
-  if (!kind) return tl::unexpected<Error>(kind.error());
-  if (Status status = check_count(*kind, distortion.size(), places.distortion); !status) {
-    return tl::unexpected<Error>(status.error());
-  }
-  const auto fill = [&](auto camera) {
-    camera.fx = intrinsics.fx;
-    camera.fy = intrinsics.fy;
-    camera.cx = intrinsics.cx + kHalfPixel;
-    camera.cy = intrinsics.cy + kHalfPixel;
-    std::copy(distortion.begin(), distortion.end(), camera.k.begin());
-    return CameraModel::Projection(camera);
-  };
-  const PinholeRadtan radtan{.coefficients = static_cast<int>(distortion.size())};
-  const CameraModel::Projection projection = kind->fisheye ? fill(Equidistant{}) : fill(radtan);
-  auto camera = CameraModel::make(projection, static_cast<int>(width_px), static_cast<int>(height_px));
-  if (!camera) return tl::unexpected<Error>(with_place(camera.error(), places));
+  const auto name = model.text();
+  if (!name) return tl::unexpected<Error>(name.error());
+  auto camera = camera_from({.model = *name,
+                             .k = intrinsics,
+                             .distortion = distortion,
+                             .width_px = width_px,
+                             .height_px = height_px,
+                             .part = places.part});
+  if (!camera) return tl::unexpected<Error>(with_place(camera.error(), model, places));
   return camera;
 }
 
@@ -127,6 +78,10 @@ std::array<std::string, 4> intrinsics_text(const CameraModel& camera) {
         return std::array{yaml_number(c.fx), yaml_number(c.fy), centre_text(c.cx), centre_text(c.cy)};
       },
       camera.projection());
+}
+
+double skew_of(const CameraModel& camera) {
+  return std::visit([](const auto& c) { return c.skew; }, camera.projection());
 }
 
 std::vector<double> file_distortion(const CameraModel& camera) {
@@ -170,18 +125,10 @@ Result<FileMatrix> read_matrix(const YamlCursor& cursor, std::int64_t rows, std:
   return FileMatrix{*data, *values};
 }
 
-/// fx skew cx / 0 fy cy / 0 0 1
-Result<FileIntrinsics> intrinsics_of(const FileMatrix& K) {
-  const std::vector<double>& k = K.values;
-  if (k[1] != 0.0) {
-    return K.data.fail_here(ErrorCode::Unsupported, fmt::format("the skew {} is not zero", k[1]),
-                            "Cameras with skewed axes are not supported; calibrate without skew.");
-  }
-  if (k[3] != 0.0 || k[6] != 0.0 || k[7] != 0.0 || k[8] != 1.0) {
-    return K.data.fail_here(ErrorCode::InvalidArgument, "not a camera matrix",
-                            "Its rows are [fx, 0, cx], [0, fy, cy], [0, 0, 1].");
-  }
-  return FileIntrinsics{k[0], k[4], k[2], k[5]};
+FileIntrinsics intrinsics_of(const std::vector<double>& nine) {
+  FileIntrinsics k{};
+  std::copy_n(nine.begin(), k.size(), k.begin());
+  return k;
 }
 
 /// The projection of the rectified image is not used, but a different resolution indicates mixed files.
@@ -189,8 +136,8 @@ Status check_projection(const FileMatrix& P, const FileIntrinsics& k, std::int64
                         std::int64_t height) {
   const std::vector<double>& p = P.values;
   if (p[0] == 0.0 && p[5] == 0.0) return {};  // not calibrated: all zero
-  const std::array ratios = {p[0] / k.fx, p[5] / k.fy, (p[2] + 0.5) / (k.cx + 0.5),
-                             (p[6] + 0.5) / (k.cy + 0.5)};
+  const std::array ratios = {p[0] / k[0], p[5] / k[4], (p[2] + 0.5) / (k[2] + 0.5),
+                             (p[6] + 0.5) / (k[5] + 0.5)};
   const double scale = ratios[0];
   bool scaled = std::isfinite(scale) && (scale < 0.7 || scale > 1.4);
   for (const double ratio : ratios) scaled = scaled && std::abs(ratio / scale - 1.0) < 0.1;
@@ -220,6 +167,31 @@ Result<std::int64_t> read_side(const YamlCursor& root, const char* key) {
   return root.read_at(key, [](const YamlCursor& c) { return c.integer(1, kLargestSide); });
 }
 
+/// Reads the optional keys binning_x, binning_y and roi of a CameraInfo message saved as YAML.
+Result<ImagePart> read_part(const YamlCursor& root) {
+  ImagePart part;
+  Status status;
+  const auto take = [&](const YamlCursor& in, const char* key, std::int64_t& value) {
+    const auto found = in.find(key);
+    if (!found || !status) return;
+    const auto number = found->integer(0, kLargestSide);
+    if (number)
+      value = *number;
+    else
+      status = tl::unexpected<Error>(number.error());
+  };
+  take(root, "binning_x", part.binning_x);
+  take(root, "binning_y", part.binning_y);
+  if (const auto roi = root.find("roi")) {
+    take(*roi, "x_offset", part.x_px);
+    take(*roi, "y_offset", part.y_px);
+    take(*roi, "width", part.width_px);
+    take(*roi, "height", part.height_px);
+  }
+  if (!status) return tl::unexpected<Error>(status.error());
+  return part;
+}
+
 }  // namespace
 
 bool looks_like_camera_info(const YamlCursor& root) {
@@ -231,9 +203,9 @@ bool looks_like_camera_info(const YamlCursor& root) {
 }
 
 Result<NamedCamera> read_camera_info(const YamlCursor& root) {
-  Status status =
-      root.check_keys({"image_width", "image_height", "camera_name", "camera_matrix", "distortion_model",
-                       "distortion_coefficients", "rectification_matrix", "projection_matrix"});
+  Status status = root.check_keys({"image_width", "image_height", "camera_name", "camera_matrix",
+                                   "distortion_model", "distortion_coefficients", "rectification_matrix",
+                                   "projection_matrix", "binning_x", "binning_y", "roi"});
   if (!status) return tl::unexpected<Error>(status.error());
   const auto width = read_side(root, "image_width");
   if (!width) return tl::unexpected<Error>(width.error());
@@ -241,17 +213,18 @@ Result<NamedCamera> read_camera_info(const YamlCursor& root) {
   if (!height) return tl::unexpected<Error>(height.error());
   const auto K = root.read_at("camera_matrix", [](const YamlCursor& c) { return read_matrix(c, 3, 3, 3); });
   if (!K) return tl::unexpected<Error>(K.error());
-  const auto intrinsics = intrinsics_of(*K);
-  if (!intrinsics) return tl::unexpected<Error>(intrinsics.error());
+  const FileIntrinsics intrinsics = intrinsics_of(K->values);
   const auto D =
       root.read_at("distortion_coefficients", [](const YamlCursor& c) { return read_matrix(c, 1, 0, 14); });
   if (!D) return tl::unexpected<Error>(D.error());
   const auto model = root.at("distortion_model");
   if (!model) return tl::unexpected<Error>(model.error());
-  const CameraPlaces places{K->data, root.find("image_width").value_or(root), D->data};
-  const auto camera = make_camera(*model, *intrinsics, D->values, *width, *height, places);
+  const auto part = read_part(root);
+  if (!part) return tl::unexpected<Error>(part.error());
+  const CameraPlaces places{K->data, root.find("image_width").value_or(root), D->data, *part};
+  const auto camera = make_camera(*model, intrinsics, D->values, *width, *height, places);
   if (!camera) return tl::unexpected<Error>(camera.error());
-  status = check_rectification(root, *intrinsics, *width, *height);
+  status = check_rectification(root, intrinsics, *width, *height);
   if (!status) return tl::unexpected<Error>(status.error());
   const auto name = root.find("camera_name");
   const auto word = name ? name->text() : Result<std::string>("camera");
@@ -264,6 +237,7 @@ Result<NamedCamera> read_camera_info(const YamlCursor& root) {
 std::string to_camera_info_yaml(const NamedCamera& named) {
   const CameraModel& camera = named.camera;
   const auto [fx, fy, cx, cy] = internal::intrinsics_text(camera);
+  const std::string skew = yaml_number(internal::skew_of(camera));
   const auto* radtan = std::get_if<PinholeRadtan>(&camera.projection());
   const std::vector<double> d = internal::file_distortion(camera);
   const char* model = radtan == nullptr           ? "equidistant"
@@ -275,12 +249,12 @@ std::string to_camera_info_yaml(const NamedCamera& named) {
   return fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n", camera.width_px(),
                      camera.height_px(), yaml_text(named.name)) +
          matrix("camera_matrix", 3, 3,
-                fmt::format("[{}, 0.0, {}, 0.0, {}, {}, 0.0, 0.0, 1.0]", fx, cx, fy, cy)) +
+                fmt::format("[{}, {}, {}, 0.0, {}, {}, 0.0, 0.0, 1.0]", fx, skew, cx, fy, cy)) +
          fmt::format("distortion_model: {}\n", model) +
          matrix("distortion_coefficients", 1, d.size(), yaml_list(d)) +
          matrix("rectification_matrix", 3, 3, "[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]") +
          matrix("projection_matrix", 3, 4,
-                fmt::format("[{}, 0.0, {}, 0.0, 0.0, {}, {}, 0.0, 0.0, 0.0, 1.0, 0.0]", fx, cx, fy, cy));
+                fmt::format("[{}, {}, {}, 0.0, 0.0, {}, {}, 0.0, 0.0, 0.0, 1.0, 0.0]", fx, skew, cx, fy, cy));
 }
 
 namespace internal {
@@ -424,9 +398,11 @@ Result<NamedCamera> read_camchain_camera(const YamlCursor& entry, std::string na
   const auto distortion =
       coefficients ? coefficients->numbers() : Result<std::vector<double>>(std::vector<double>());
   if (!distortion) return tl::unexpected<Error>(distortion.error());
-  const FileIntrinsics k{(*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[3]};
+  const FileIntrinsics k{(*numbers)[0], 0, (*numbers)[2], 0, (*numbers)[1], (*numbers)[3], 0, 0, 1};
   const CameraPlaces places{entry.find("intrinsics").value_or(entry),
-                            entry.find("resolution").value_or(entry), coefficients.value_or(*model)};
+                            entry.find("resolution").value_or(entry),
+                            coefficients.value_or(*model),
+                            {}};
   const auto camera = make_camera(*model, k, *distortion, (*size)[0], (*size)[1], places);
   if (!camera) return tl::unexpected<Error>(camera.error());
   return read_extras(entry, NamedCamera{.name = std::move(name), .camera = *camera});
@@ -444,6 +420,10 @@ Result<std::string> to_camchain_yaml(const std::vector<NamedCamera>& cameras) {
                   fmt::format("camchains do not support the rational model of camera '{}'", named.name), {},
                   "Write camera_info YAML instead.");
     }
+    if (internal::skew_of(camera) != 0.0)
+      return fail(ErrorCode::Unsupported,
+                  fmt::format("camchains do not support the skew of camera '{}'", named.name), {},
+                  "Write camera_info YAML instead.");
     const auto [fx, fy, cx, cy] = internal::intrinsics_text(camera);
     const std::vector<double> d = internal::file_distortion(camera);
     const char* model = radtan == nullptr ? "equidistant" : d.empty() ? "none" : "radtan";
@@ -511,9 +491,6 @@ Result<NamedCamera> read_opencv(const YamlCursor& root) {
   if (!numbers) return tl::unexpected(numbers.error());
   const auto k = numbers->exactly_numbers(9);
   if (!k) return tl::unexpected(k.error());
-  if ((*k)[1] != 0 || (*k)[3] != 0 || (*k)[6] != 0 || (*k)[7] != 0 || (*k)[8] != 1)
-    return numbers->fail_here(ErrorCode::InvalidArgument, "not a camera matrix",
-                              "Its rows are [fx, 0, cx], [0, fy, cy], [0, 0, 1].");
   const auto distortion = at_any(root, {"distortion_coefficients", "dist_coeffs", "distCoeffs", "D"});
   if (!distortion) return tl::unexpected(distortion.error());
   const auto data = distortion->at("data");
@@ -525,9 +502,8 @@ Result<NamedCamera> read_opencv(const YamlCursor& root) {
                        .text = *fisheye        ? "equidistant"
                                : d->size() > 5 ? "rational_polynomial"
                                                : "plumb_bob"};
-  auto camera =
-      make_camera(YamlCursor(model, root.source(), data->place().key), {(*k)[0], (*k)[4], (*k)[2], (*k)[5]},
-                  *d, *width, *height, {*numbers, root.find("image_width").value_or(root), *data});
+  auto camera = make_camera(YamlCursor(model, root.source(), data->place().key), intrinsics_of(*k), *d,
+                            *width, *height, {*numbers, root.find("image_width").value_or(root), *data, {}});
   if (!camera) return tl::unexpected(camera.error());
   return NamedCamera{.name = "opencv", .camera = *std::move(camera)};
 }
@@ -536,6 +512,7 @@ Result<NamedCamera> read_opencv(const YamlCursor& root) {
 
 std::string to_opencv_yaml(const NamedCamera& named) {
   const CameraModel& camera = named.camera;
+  const double skew = internal::skew_of(camera);
   const auto [fx, fy, cx, cy] = internal::intrinsics_text(camera);
   std::vector<double> d = internal::file_distortion(camera);
   if (d.empty()) d.assign(5, 0.0);
@@ -548,7 +525,8 @@ std::string to_opencv_yaml(const NamedCamera& named) {
   if (std::holds_alternative<Equidistant>(camera.projection())) text += "fisheye_model: 1\n";
   return text +
          matrix("camera_matrix", 3, 3,
-                fmt::format("[ {}, 0., {}, 0., {}, {}, 0., 0., 1. ]", fx, cx, fy, cy)) +
+                fmt::format("[ {}, {}, {}, 0., {}, {}, 0., 0., 1. ]", fx,
+                            skew == 0.0 ? "0." : yaml_number(skew), cx, fy, cy)) +
          matrix("distortion_coefficients", d.size(), 1, yaml_list(d));
 }
 
@@ -602,9 +580,6 @@ Result<NamedCamera> read_photonvision(const YamlCursor& root) {
   if (!matrix) return tl::unexpected(matrix.error());
   const auto k = matrix->exactly_numbers(9);
   if (!k) return tl::unexpected(k.error());
-  if ((*k)[1] != 0 || (*k)[3] != 0 || (*k)[6] != 0 || (*k)[7] != 0 || (*k)[8] != 1)
-    return matrix->fail_here(ErrorCode::InvalidArgument, "not a camera matrix",
-                             "Its rows are [fx, 0, cx], [0, fy, cy], [0, 0, 1].");
   const auto coefficients = distortion_of(root);
   if (!coefficients) return tl::unexpected(coefficients.error());
   const auto data = coefficients->at("data");
@@ -614,9 +589,8 @@ Result<NamedCamera> read_photonvision(const YamlCursor& root) {
   const YamlNode model{.kind = YamlNode::Kind::Scalar,
                        .line = data->place().line.value_or(1),
                        .text = d->size() > 5 ? "rational_polynomial" : "plumb_bob"};
-  auto camera =
-      make_camera(YamlCursor(model, root.source(), data->place().key), {(*k)[0], (*k)[4], (*k)[2], (*k)[5]},
-                  *d, *width, *height, {*matrix, *resolution, *data});
+  auto camera = make_camera(YamlCursor(model, root.source(), data->place().key), intrinsics_of(*k), *d,
+                            *width, *height, {*matrix, *resolution, *data, {}});
   if (!camera) return tl::unexpected(camera.error());
   return NamedCamera{.name = "photonvision", .camera = *std::move(camera)};
 }
@@ -670,7 +644,7 @@ Result<std::string> to_photonvision_json(const NamedCamera& named,
   ordered_json json = {
       {"resolution", {{"width", named.camera.width_px()}, {"height", named.camera.height_px()}}},
       {"cameraIntrinsics",
-       matrix(3, 3, {radtan->fx, 0, radtan->cx - 0.5, 0, radtan->fy, radtan->cy - 0.5, 0, 0, 1})},
+       matrix(3, 3, {radtan->fx, radtan->skew, radtan->cx - 0.5, 0, radtan->fy, radtan->cy - 0.5, 0, 0, 1})},
       {"distCoeffs", matrix(1, d.size(), d)},
       {"calobjectWarp", ordered_json::array()},
       {"observations", ordered_json::array()},

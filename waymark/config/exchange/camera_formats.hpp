@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/camera/calibration_numbers.hpp"
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
 
@@ -15,19 +16,19 @@ namespace waymark::internal {
 /// Maximum side of an image in a camera file [px].
 inline constexpr std::int64_t kLargestSide = 1'000'000;
 
-/// Intrinsics as stored in files, with pixel centres at integers.
-struct FileIntrinsics {
-  double fx = 0, fy = 0, cx = 0, cy = 0;
-};
+/// A camera matrix as stored in files, row by row, with pixel centres at integers.
+using FileIntrinsics = std::array<double, 9>;
 
-/// Locations of a camera's values in the file, for errors from CameraModel::make().
+/// Locations of a camera's values in the file, for errors from camera_from(), and the part of the image that
+/// the camera sends.
 struct CameraPlaces {
   YamlCursor intrinsics;
   YamlCursor resolution;
   YamlCursor distortion;
+  ImagePart part;
 };
 
-/// The camera for a distortion model, whose name may be that of either format. `model` is the cursor at the
+/// The camera for a distortion model, whose name may be that of any format. `model` is the cursor at the
 /// name.
 [[nodiscard]] Result<CameraModel> make_camera(const YamlCursor& model, const FileIntrinsics& intrinsics,
                                               const std::vector<double>& distortion, std::int64_t width_px,
@@ -36,6 +37,8 @@ struct CameraPlaces {
 /// fx, fy, cx, cy as stored in files; c_x and c_y are the shortest decimals that read back as the same value
 /// after adding 1/2.
 [[nodiscard]] std::array<std::string, 4> intrinsics_text(const CameraModel& camera);
+/// The skew [px] of either model.
+[[nodiscard]] double skew_of(const CameraModel& camera);
 /// The coefficients in the order used in files.
 [[nodiscard]] std::vector<double> file_distortion(const CameraModel& camera);
 

@@ -187,9 +187,9 @@ Result<CameraOnBody> read_tagslam_camera(const YamlCursor& entry, std::string na
   const double wiggle_m = read.number(entry, "wiggle_translation", 0);
   const double wiggle_rad = read.number(entry, "wiggle_rotation", 0);
   if (!read.status()) return tl::unexpected(read.status().error());
-  const auto camera =
-      internal::make_camera(*model, {f[0], f[1], f[2], f[3]}, k, static_cast<std::int64_t>(size[0]),
-                            static_cast<std::int64_t>(size[1]), {*intrinsics, *resolution, *distortion});
+  const auto camera = internal::make_camera(
+      *model, {f[0], 0, f[2], 0, f[1], f[3], 0, 0, 1}, k, static_cast<std::int64_t>(size[0]),
+      static_cast<std::int64_t>(size[1]), {*intrinsics, *resolution, *distortion, {}});
   if (!camera) return tl::unexpected(camera.error());
   const auto on = scene.body_named(body);
   if (!on) {

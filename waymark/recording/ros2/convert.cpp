@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "waymark/camera/calibration_numbers.hpp"
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/geometry/planar.hpp"
 
@@ -252,7 +253,8 @@ CameraInfo to_ros(const CameraModel& camera, SensorTime stamp, std::string_view 
   message.height = static_cast<std::uint32_t>(camera.height_px());
   std::visit(
       [&](const auto& model) {
-        message.k = {model.fx, 0, model.cx - kHalfPixel, 0, model.fy, model.cy - kHalfPixel, 0, 0, 1};
+        message.k = {model.fx, model.skew, model.cx - kHalfPixel, 0, model.fy, model.cy - kHalfPixel, 0,
+                     0,        1};
         message.d.assign(model.k.begin(), model.k.end());
       },
       camera.projection());
@@ -263,31 +265,31 @@ CameraInfo to_ros(const CameraModel& camera, SensorTime stamp, std::string_view 
     message.distortion_model = "equidistant";
   }
   message.r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  message.p = {message.k[0], 0, message.k[2], 0, 0, message.k[4], message.k[5], 0, 0, 0, 1, 0};
+  message.p = {message.k[0], message.k[1], message.k[2], 0, 0, message.k[4], message.k[5], 0, 0, 0, 1, 0};
   return message;
 }
 
 Result<CameraModel> from_ros(const CameraInfo& message) {
-  const double fx = message.k[0];
-  const double fy = message.k[4];
-  const double cx = message.k[2] + kHalfPixel;
-  const double cy = message.k[5] + kHalfPixel;
-  const auto width = static_cast<int>(std::min<std::uint32_t>(message.width, 1U << 20));
-  const auto height = static_cast<int>(std::min<std::uint32_t>(message.height, 1U << 20));
-  if (message.distortion_model == "equidistant" || message.distortion_model == "fisheye") {
-    Equidistant model{.fx = fx, .fy = fy, .cx = cx, .cy = cy};
-    std::copy_n(message.d.begin(), std::min(message.d.size(), model.k.size()), model.k.begin());
-    return CameraModel::make(model, width, height);
-  }
-  if (message.distortion_model == "plumb_bob" || message.distortion_model == "rational_polynomial" ||
-      message.distortion_model.empty()) {
-    PinholeRadtan model{.fx = fx, .fy = fy, .cx = cx, .cy = cy};
-    std::copy_n(message.d.begin(), std::min(message.d.size(), model.k.size()), model.k.begin());
-    model.coefficients = static_cast<int>(std::min(message.d.size(), model.k.size()));
-    return CameraModel::make(model, width, height);
-  }
-  return fail(ErrorCode::Unsupported, fmt::format("unknown distortion model '{}'", message.distortion_model),
-              {.key = "distortion_model"}, "Known: plumb_bob, rational_polynomial, equidistant.");
+  const RegionOfInterest& roi = message.roi;
+  return camera_from({.model = message.distortion_model,
+                      .k = message.k,
+                      .distortion = message.d,
+                      .width_px = message.width,
+                      .height_px = message.height,
+                      .part = {.x_px = roi.x_offset,
+                               .y_px = roi.y_offset,
+                               .width_px = roi.width,
+                               .height_px = roi.height,
+                               .binning_x = message.binning_x,
+                               .binning_y = message.binning_y}});
+}
+
+Result<CameraModel> rectified_from_ros(const CameraInfo& message) {
+  CameraInfo flat = message;
+  flat.distortion_model = "none";
+  flat.d.clear();
+  flat.k = {message.p[0], message.p[1], message.p[2], 0, message.p[5], message.p[6], 0, 0, 1};
+  return from_ros(flat);
 }
 
 namespace {

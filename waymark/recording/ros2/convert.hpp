@@ -102,8 +102,11 @@ inline constexpr std::string_view kLaserFrame = "laser";
 [[nodiscard]] Result<TagPoseFrame> from_ros(const TagPoseArray& message);
 
 [[nodiscard]] CameraInfo to_ros(const CameraModel& camera, SensorTime stamp, std::string_view name = "cam");
-/// Fails on an unknown distortion model and on parameters that CameraModel::make() rejects.
+/// The camera for the images that are sent, after region of interest and binning. Fails in the same cases as
+/// camera_from().
 [[nodiscard]] Result<CameraModel> from_ros(const CameraInfo& message);
+/// The camera for rectified images of the same part: the projection matrix, without distortion.
+[[nodiscard]] Result<CameraModel> rectified_from_ros(const CameraInfo& message);
 
 // Whether the values in a message are valid for a robot.
 [[nodiscard]] inline bool sound(const Vector3& v) {

@@ -63,6 +63,24 @@ TEST(Ros2Convert, CameraInfoHasCentresAtIntegers) {
   EXPECT_EQ(info.d.size(), 5U);
 }
 
+TEST(Ros2Convert, CameraInfoDescribesTheImagesThatAreSent) {
+  auto info = ros2::to_ros(some_camera(), SensorTime{});
+  EXPECT_EQ(ros2::from_ros(info).value().width_px(), 640);
+  info.binning_x = info.binning_y = 2;
+  const auto binned = ros2::from_ros(info);
+  ASSERT_TRUE(binned) << to_string(binned.error());
+  const CameraModel full = ros2::from_ros(ros2::to_ros(some_camera(), SensorTime{})).value();
+  EXPECT_EQ(binned.value(), scaled_camera(full, 320, 240).value());
+  info = ros2::to_ros(some_camera(), SensorTime{});
+  info.roi = {.x_offset = 40, .y_offset = 20, .height = 400, .width = 500};
+  const Eigen::Vector3d p(0.1, 0.2, 1);
+  const Eigen::Vector2d moved = *some_camera().project(p) - Eigen::Vector2d(40, 20);
+  EXPECT_LT((*ros2::from_ros(info)->project(p) - moved).norm(), 1e-9);
+  info.d.assign(14, 0.0);
+  info.d.back() = 0.1;
+  EXPECT_FALSE(ros2::from_ros(info));
+}
+
 TEST(Ros2Convert, StampsBeforeAndAfterTheEpochRoundTrip) {
   for (const std::int64_t ns :
        {0LL, 1LL, 999'999'999LL, 1'700'000'000'123'456'789LL, -1LL, -1'000'000'001LL}) {
