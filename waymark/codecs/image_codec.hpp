@@ -55,8 +55,9 @@ struct DecodeOptions {
 /// profile). For a YCbCr JPEG it is the Y channel. CMYK and YCCK JPEGs are read in Adobe's inverted form, as
 /// all common readers do: R = C K / 255. PNG transparency is composited over white, the colour of the paper
 /// that tags are printed on. 16-bit samples and PNM with any maximum are scaled exactly and rounded once, to
-/// nearest. EXIF orientation is ignored: pixels stay as the sensor delivered them, as a calibration expects.
-/// Only the first image of a PNM is read.
+/// nearest. A grey PNG that uses less than an eighth of its 16-bit range is stretched (narrow_grey()). EXIF
+/// orientation is ignored: pixels stay as the sensor delivered them, as a calibration expects. Only the first
+/// image of a PNM is read.
 ///
 /// A truncated or damaged image is an Unreadable error, never an image with grey areas; the error contains
 /// the byte at which reading stopped if the decoder reports it. Other errors: Unsupported, LimitExceeded

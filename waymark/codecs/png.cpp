@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include "waymark/codecs/raw_pixels.hpp"
+
 namespace waymark::codecs {
 namespace {
 
@@ -72,6 +74,10 @@ class PngReader {
     row_.resize(row_bytes);
     channels_ = png_get_channels(png_, info_);
     wide_ = png_get_bit_depth(png_, info_) == 16;
+    const bool grey = channels_ == 1;  // as from sensors; colour images use the full range
+    if (wide_ && grey)
+      samples_.resize(static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height()));
+    begin_ = image.row(0);
     const bool interlaced = png_get_interlace_type(png_, info_) == PNG_INTERLACE_ADAM7;
     const bool good = guarded([&] {
       if (interlaced) {
@@ -82,6 +88,7 @@ class PngReader {
       png_read_end(png_, nullptr);  // requires the end chunk: a file without it is truncated
     });
     if (!good) return error();
+    if (!samples_.empty()) narrow_grey(samples_, image);
     return {};
   }
 
@@ -145,6 +152,9 @@ class PngReader {
     };
     for (int i = 0; i < count; ++i) {
       const std::uint64_t first = next();
+      if (!samples_.empty())
+        samples_[static_cast<std::size_t>(to - begin_) + static_cast<std::size_t>(i * step)] =
+            static_cast<std::uint16_t>(first);
       std::uint64_t luma = 1000 * first;
       if (channels_ >= 3) {
         const std::uint64_t green = next();
@@ -176,6 +186,8 @@ class PngReader {
   std::vector<std::uint8_t> row_;
   int channels_ = 1;
   bool wide_ = false;
+  std::vector<std::uint16_t> samples_;  ///< samples of a 16-bit grey image; otherwise empty
+  const std::uint8_t* begin_ = nullptr;
 };
 
 }  // namespace

@@ -216,7 +216,10 @@ class CameraSelector {
 
 /// Tags cannot be detected in a depth image.
 bool shows_distances(const RecordedView& view) {
-  return view.encoding == "16UC1" || view.encoding == "32FC1" || view.topic.ends_with("/compressedDepth");
+  if (view.encoding == "32FC1" || view.topic.ends_with("/compressedDepth")) return true;
+  // Infrared and thermal cameras use 16UC1 as well.
+  const auto contains = [&](std::string_view part) { return view.topic.find(part) != std::string::npos; };
+  return view.encoding == "16UC1" && (contains("depth") || contains("disparity") || contains("/range"));
 }
 
 void CameraSelector::choose_views() {
@@ -224,6 +227,7 @@ void CameraSelector::choose_views() {
   for (const RecordedView& view : facts_.views) {
     if (shows_distances(view)) {
       chosen_.unused.insert(view.topic);
+      note(fmt::format("depth images of {} are ignored", view.topic));
     } else {
       all.push_back(view);
     }

@@ -161,6 +161,14 @@ TEST(CameraChoice, OneOfSeveralCamerasMustBeChosen) {
   }
 }
 
+TEST(CameraChoice, SixteenBitImagesAreDepthImagesOnlyIfTheirTopicIndicatesIt) {
+  CameraFacts facts = a_robot();
+  facts.views[0].encoding = "16UC1";
+  EXPECT_THAT(choose_camera(facts, {}).unused, IsEmpty());
+  facts.views[0].topic = "/camera/depth/image_rect_raw";
+  EXPECT_THAT(choose_camera(facts, {}).unused, Contains("/camera/depth/image_rect_raw"));
+}
+
 TEST(CameraChoice, EachImageIsReadOnce) {
   CameraFacts facts = a_robot();
   facts.views.push_back({"/camera/color/image_raw/compressed", "camera_color_optical_frame", true, {}});

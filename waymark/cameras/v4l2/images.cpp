@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "waymark/codecs/image_codec.hpp"
+#include "waymark/codecs/raw_pixels.hpp"
 
 namespace waymark {
 namespace {
@@ -18,9 +18,18 @@ constexpr std::array kNames = {
     std::pair{PixelFormat::Mjpg, "MJPG"},
 };
 
-/// Copies every second byte of a row.
-void take_luma(const std::uint8_t* from, std::uint8_t* to, int width) {
-  for (int x = 0; x < width; ++x) to[x] = from[2 * x];
+/// The name of a pixel format in RawPixels.
+std::string_view encoding_of(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::Nv12:
+      return "nv12";
+    case PixelFormat::Yuyv:
+      return "yuyv";
+    case PixelFormat::Uyvy:
+      return "uyvy";
+    default:
+      return "mono8";
+  }
 }
 
 Result<Image> from_jpeg(std::span<const std::uint8_t> bytes, const RawLayout& layout) {
@@ -64,22 +73,18 @@ std::size_t bytes_of(const RawLayout& layout) {
 
 Result<Image> to_grey(std::span<const std::uint8_t> bytes, const RawLayout& layout) {
   if (layout.format == PixelFormat::Mjpg) return from_jpeg(bytes, layout);
-  // A driver may omit the padding of the last row.
+  // A driver may omit the padding of the last row, but not a plane: the image would be incomplete.
   const bool packed = layout.format == PixelFormat::Yuyv || layout.format == PixelFormat::Uyvy;
   const auto row_bytes = static_cast<std::size_t>(layout.width) * (packed ? 2 : 1);
   const std::size_t padding = static_cast<std::size_t>(layout.stride) - row_bytes;
   if (bytes.size() + padding < bytes_of(layout))
     return fail(ErrorCode::Unreadable,
                 fmt::format("the image has only {} of {} bytes", bytes.size(), bytes_of(layout)));
-  Image image(layout.width, layout.height);
-  for (int y = 0; y < layout.height; ++y) {
-    const std::uint8_t* row = bytes.data() + static_cast<std::ptrdiff_t>(y) * layout.stride;
-    if (packed)
-      take_luma(row + (layout.format == PixelFormat::Uyvy ? 1 : 0), image.row(y), layout.width);
-    else
-      std::memcpy(image.row(y), row, row_bytes);
-  }
-  return image;
+  return grey_of({.encoding = encoding_of(layout.format),
+                  .width = layout.width,
+                  .height = layout.height,
+                  .row_bytes = static_cast<std::size_t>(layout.stride),
+                  .bytes = bytes});
 }
 
 }  // namespace waymark

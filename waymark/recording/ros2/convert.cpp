@@ -8,6 +8,7 @@
 
 #include "waymark/camera/calibration_numbers.hpp"
 #include "waymark/codecs/image_codec.hpp"
+#include "waymark/codecs/raw_pixels.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark::ros2 {
@@ -296,66 +297,6 @@ namespace {
 
 constexpr std::string_view kOpticalSuffix = "_optical";
 
-/// Conversion of a pixel's bytes to grey.
-struct PixelLayout {
-  std::string_view encoding;
-  int bytes = 1;
-  enum class Kind : std::uint8_t { Grey8, Grey16, Colour } kind = Kind::Grey8;
-  int first = 0;  ///< Grey8: offset of the grey byte; Colour: offset of the red byte
-  int blue = 0;   ///< Colour: offset of the blue byte
-};
-
-using Kind = PixelLayout::Kind;
-constexpr PixelLayout kLayouts[] = {
-    {"mono8", 1},
-    {"8UC1", 1},
-    {"mono16", 2, Kind::Grey16},
-    {"16UC1", 2, Kind::Grey16},
-    {"rgb8", 3, Kind::Colour, 0, 2},
-    {"bgr8", 3, Kind::Colour, 2, 0},
-    {"8UC3", 3, Kind::Colour, 2, 0},
-    {"rgba8", 4, Kind::Colour, 0, 2},
-    {"bgra8", 4, Kind::Colour, 2, 0},
-    {"yuv422", 2, Kind::Grey8, 1},       // U Y V Y
-    {"yuv422_yuy2", 2, Kind::Grey8, 0},  // Y U Y V
-};
-
-std::uint8_t grey16(const std::uint8_t* pixel, bool big_endian) {
-  const unsigned value = big_endian ? pixel[0] * 256U + pixel[1] : pixel[1] * 256U + pixel[0];
-  return static_cast<std::uint8_t>((value * 255U + 32767U) / 65535U);
-}
-
-std::uint8_t luma(unsigned r, unsigned g, unsigned b) {
-  return static_cast<std::uint8_t>((299U * r + 587U * g + 114U * b + 500U) / 1000U);
-}
-
-void fill_row(const PixelLayout& layout, bool big_endian, const std::uint8_t* from, std::uint8_t* to,
-              int width) {
-  for (int x = 0; x < width; ++x, from += layout.bytes) {
-    switch (layout.kind) {
-      case Kind::Grey8:
-        to[x] = from[layout.first];
-        break;
-      case Kind::Grey16:
-        to[x] = grey16(from, big_endian);
-        break;
-      case Kind::Colour:
-        to[x] = luma(from[layout.first], from[1], from[layout.blue]);
-        break;
-    }
-  }
-}
-
-Result<const PixelLayout*> layout_of(const Image& message) {
-  for (const PixelLayout& layout : kLayouts) {
-    if (layout.encoding == message.encoding) return &layout;
-  }
-  return fail(
-      ErrorCode::Unsupported, fmt::format("unsupported image encoding '{}'", message.encoding),
-      {.key = "encoding"},
-      "Supported: mono8, mono16, rgb8, bgr8, rgba8, bgra8, yuv422, yuv422_yuy2 and compressed JPEG or PNG.");
-}
-
 }  // namespace
 
 std::string camera_frame(std::string_view camera) {
@@ -384,30 +325,17 @@ Image to_ros(const CameraFrame& frame) {
 }
 
 Result<CameraFrame> from_ros(const Image& message) {
-  const Result<const PixelLayout*> layout = layout_of(message);
-  if (!layout) return tl::unexpected(layout.error());
-  constexpr std::uint32_t kMaxSide = 1U << 20U;
-  const std::uint64_t row = std::uint64_t{message.width} * static_cast<unsigned>((*layout)->bytes);
-  const std::uint64_t needed =
-      message.height == 0 ? 0 : std::uint64_t{message.step} * (message.height - 1) + row;
-  const bool sound = message.width > 0 && message.height > 0 && message.width <= kMaxSide &&
-                     message.height <= kMaxSide && message.step >= row && message.data.size() >= needed;
-  if (!sound) {
-    return fail(
-        ErrorCode::Unreadable,
-        fmt::format("inconsistent image of {} x {} px in {} with {} bytes per row and {} in total",
-                    message.width, message.height, message.encoding, message.step, message.data.size()));
-  }
-  CameraFrame frame{
-      .stamp = from_ros(message.header.stamp),
-      .camera = camera_of_frame(message.header.frame_id),
-      .image = waymark::Image(static_cast<int>(message.width), static_cast<int>(message.height))};
-  for (int y = 0; y < frame.image.height(); ++y) {
-    fill_row(**layout, message.is_bigendian != 0,
-             message.data.data() + std::size_t{message.step} * static_cast<std::size_t>(y),
-             frame.image.row(y), frame.image.width());
-  }
-  return frame;
+  constexpr std::uint32_t kMaxSide = 1U << 21U;  // more than grey_of() accepts
+  Result<waymark::Image> image = grey_of({.encoding = message.encoding,
+                                          .width = static_cast<int>(std::min(message.width, kMaxSide)),
+                                          .height = static_cast<int>(std::min(message.height, kMaxSide)),
+                                          .row_bytes = message.step,
+                                          .big_endian = message.is_bigendian != 0,
+                                          .bytes = message.data});
+  if (!image) return tl::unexpected(image.error());
+  return CameraFrame{.stamp = from_ros(message.header.stamp),
+                     .camera = camera_of_frame(message.header.frame_id),
+                     .image = std::move(*image)};
 }
 
 Result<CameraFrame> from_ros(const CompressedImage& message) {

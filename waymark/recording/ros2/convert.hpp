@@ -83,9 +83,8 @@ inline constexpr std::string_view kLaserFrame = "laser";
 
 /// The encoding is mono8.
 [[nodiscard]] Image to_ros(const CameraFrame& frame);
-/// Converts to a grey image from mono8, 8UC1, mono16, 16UC1 (scaled to 8 bits, rounded), rgb8, bgr8, rgba8,
-/// bgra8 (Rec. 601 luma, as decode_image()) and the Y of yuv422 and yuv422_yuy2. Fails on other encodings and
-/// if the size does not match the data.
+/// Converts to a grey image as grey_of() does. Fails on encodings that grey_of() does not support and if the
+/// size does not match the data.
 [[nodiscard]] Result<CameraFrame> from_ros(const Image& message);
 /// Decodes JPEG, PNG or PNM, whatever `format` is; fails like decode_image().
 [[nodiscard]] Result<CameraFrame> from_ros(const CompressedImage& message);

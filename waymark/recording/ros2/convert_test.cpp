@@ -115,6 +115,10 @@ TEST(Ros2Convert, ConvertsEveryEncodingToGrey) {
       {one_pixel("mono16", {0x00, 0x80}), 128},
       {one_pixel("yuv422", {9, 55}), 55},
       {one_pixel("yuv422_yuy2", {55, 9}), 55},
+      {one_pixel("uyvy", {9, 55}), 55},
+      {one_pixel("yuyv", {55, 9}), 55},
+      {one_pixel("nv12", {55, 9}), 55},
+      {one_pixel("8UC4", {50, 100, 200, 0}), 124},
   };
   for (const auto& [message, grey] : cases) {
     const auto frame = ros2::from_ros(message);
@@ -151,7 +155,7 @@ TEST(Ros2Convert, RejectsInconsistentImages) {
   message.width = 0;
   EXPECT_FALSE(ros2::from_ros(message));
   message = sound;
-  message.encoding = "bayer_rggb8";
+  message.encoding = "bayer_rggb4";
   EXPECT_EQ(ros2::from_ros(message).error().code, ErrorCode::Unsupported);
 }
 
