@@ -18,6 +18,7 @@
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/samples/mounted_camera.hpp"
+#include "waymark/tags/no_tags.hpp"
 
 namespace waymark {
 
@@ -27,6 +28,7 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
   if (!reader) return tl::unexpected(reader.error());
   VideoTags all{.info = reader->info()};
   TagSequence sequence(finder);
+  NoTagDiagnosis no_tags;
   while (true) {
     if (control.cancelled())
       return fail(ErrorCode::Unwritable, "stopped before its tags were found", {.source = path});
@@ -44,6 +46,7 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
     if (!found) return tl::unexpected(found.error());
     ++all.images;
     all.tags += found->detections.size();
+    no_tags.add(image.luma, found->detections.size() + found->beyond_lens);
     TagFrame tags{.stamp = image.stamp, .detections = std::move(found->detections)};
     const std::string words =
         fmt::format("finding tags: {:.0f} %, {} in the image at {:.1f} s", 100 * reader->progress(),
@@ -54,6 +57,7 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
   all.problems = reader->problems();
   if (all.images == 0)
     return fail(ErrorCode::Unreadable, "this video contains no intact image", {.source = path});
+  if (const auto reason = no_tags.reason(finder.tracking.detector)) control.note("note: " + reason->message);
   return all;
 }
 

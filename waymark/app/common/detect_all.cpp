@@ -393,6 +393,7 @@ bool detect_recording(std::size_t index, const std::string& path, const TagFinde
     if (frame == nullptr) return {};
     ImageReport report = report_on(path, frame->stamp, frame->image, finder, camera);
     going = each(index, report, frame->image);
+    summary.no_tags.add(frame->image, report.detections.size() + report.beyond_lens);
     count(report, control, summary);
     control.progress({fmt::format("{}, {} tags", report.image, report.detections.size())});
     summary.stopped = control.cancelled();
@@ -434,6 +435,7 @@ bool detect_video(std::size_t index, const std::string& path, const TagFinder& f
     if (!frame || !*frame) break;
     ImageReport report = report_on(path, (*frame)->stamp, (*frame)->luma, finder, camera);
     going = each(index, report, (*frame)->luma);
+    summary.no_tags.add((*frame)->luma, report.detections.size() + report.beyond_lens);
     count(report, control, summary);
     control.progress({fmt::format("{} {:.0f} %, {} tags", report.image, 100 * reader->progress(),
                                   report.detections.size())});
@@ -470,8 +472,12 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
     ImageReport report;
     const Image image = process(inputs[i], finder, camera, report);
     going = each(i, report, image);
+    if (report.detected) summary.no_tags.add(image, report.detections.size() + report.beyond_lens);
     count(report, control, summary);
   }
+  if (!summary.stopped)
+    if (const auto reason = summary.no_tags.reason(finder.tracking.detector))
+      control.note("note: " + reason->message);
   if (summary.beyond_lens > 0) control.note("note: " + beyond_lens_note(summary.beyond_lens));
   return summary;
 }

@@ -18,6 +18,7 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/no_tags.hpp"
 #include "waymark/tags/refinement/corner_refinement.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
@@ -61,6 +62,7 @@ struct DetectSummary {
   bool stopped = false;             ///< cancelled before the end of the list
   bool annotations_failed = false;  ///< a folder for annotated images could not be created
   std::set<std::string> noted{};    ///< errors already printed as notes, so that each is printed only once
+  NoTagDiagnosis no_tags{};         ///< used to determine why no image contains a tag
 };
 
 /// Called with each report, in the order of the inputs; `image` is empty if it could not be read, and is

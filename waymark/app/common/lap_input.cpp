@@ -18,6 +18,7 @@
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/config/yaml/world_file.hpp"
 #include "waymark/pose/tag_pose.hpp"
+#include "waymark/tags/no_tags.hpp"
 
 namespace waymark {
 namespace {
@@ -227,6 +228,7 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
   if (!log) return tl::unexpected(log.error());
   std::optional<TagFinder> usual;  // created only when needed
   std::size_t beyond_lens = 0;
+  NoTagDiagnosis no_tags;
   const FrameFinder find = [&](const CameraFrame& frame, const CameraModel* camera) -> Result<TagFrame> {
     if (control.cancelled())
       return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = paths.front()});
@@ -245,6 +247,7 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
     Result<FoundTags> found = find_tags(frame.image, finder != nullptr ? *finder : *usual, camera);
     if (!found) return tl::unexpected(found.error());
     beyond_lens += found->beyond_lens;
+    no_tags.add(frame.image, found->detections.size() + found->beyond_lens);
     control.progress({fmt::format("finding tags: {:.1f} s", to_seconds(frame.stamp.time_since_epoch()))});
     return TagFrame{frame.stamp, frame.camera, std::move(found->detections)};
   };
@@ -252,6 +255,13 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
       read_lap(**log, find, finder != nullptr ? TagSource::Images : TagSource::AsRecorded, choice);
   if (lap && beyond_lens > 0) lap->notes.push_back(beyond_lens_note(beyond_lens));
   if (lap) take_better_fitting_camera(lap->setup, lap->frames);
+  const TagFinder* used = finder;
+  if (used == nullptr && usual) used = &*usual;
+  if (lap && used != nullptr)
+    if (const auto reason = no_tags.reason(used->tracking.detector)) lap->notes.push_back(reason->message);
+  // The first problem may be the reason why images could not be read, for example their encoding.
+  if (lap && lap->frames.empty() && lap->tag_poses.empty() && !lap->setup.problems.empty())
+    lap->notes.push_back(to_string(lap->setup.problems.front()));
   if (lap)
     for (const auto* notes : {&lap->setup.chosen.notes, &lap->notes})
       for (const std::string& note : *notes) control.note("note: " + note);

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/image/image.hpp"
+#include "waymark/tags/detector.hpp"
+
+namespace waymark {
+
+/// Why no tag was found in any image of a run.
+enum class NoTagCause : std::uint8_t {
+  OtherFamily,  ///< the images contain tags of another family
+  Mirrored,     ///< the mirrored images contain tags
+  Inverted,     ///< the images contain tags with black and white exchanged
+  Small,        ///< the images contain tags if they are enlarged
+  Dark,         ///< nearly all pixels are black
+  Faint,        ///< the images use few grey levels
+  Blurred,      ///< all edges are wider than about ten pixels
+};
+
+/// A cause, and a message that states it and what to do.
+struct NoTagReason {
+  NoTagCause cause = NoTagCause::Dark;
+  std::string message{};
+};
+
+/// Keeps a few images of a run until a tag is found. If none is found, reason() searches these images once
+/// for the cause. Until then, the cost is one copy of an image whenever the number of images is a power of
+/// two.
+class NoTagDiagnosis {
+ public:
+  /// Adds an image in which this number of tags was found.
+  void add(const ImageView& image, std::size_t tags);
+  /// `nullopt` if a tag was found, if no image was added, or if the cause is unknown. `options` are those of
+  /// the detector in the run.
+  [[nodiscard]] std::optional<NoTagReason> reason(const DetectorOptions& options) const;
+
+ private:
+  static constexpr std::size_t kMaxKept = 3;
+  std::vector<Image> kept_{};  ///< the first image, and the last ones whose number is a power of two
+  std::size_t images_ = 0;
+  bool found_ = false;
+};
+
+}  // namespace waymark
