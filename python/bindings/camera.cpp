@@ -1,5 +1,6 @@
 #include <limits>
 #include <string>
+#include <variant>
 
 #include <fmt/format.h>
 #include <pybind11/pybind11.h>
@@ -97,7 +98,8 @@ void bind_camera(py::module_& m) {
       "matrix",
       [](const CameraModel& c) {
         const Eigen::VectorXd k = intrinsics_of(c);
-        return to_array((Eigen::Matrix3d() << k[0], 0, k[2], 0, k[1], k[3], 0, 0, 1).finished());
+        const double skew = std::visit([](const auto& lens) { return lens.skew; }, c.projection());
+        return to_array((Eigen::Matrix3d() << k[0], skew, k[2], 0, k[1], k[3], 0, 0, 1).finished());
       },
       "The camera matrix K (3, 3), with pixel centres at + 1/2.");
   camera.def(

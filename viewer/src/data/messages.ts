@@ -95,7 +95,7 @@ export function addLatency(tracks: Tracks, t: number, recorded: number): void {
 
 export function cameraOf(message: Message): Camera | undefined {
   const k = message["k"];
-  const camera: Camera = { width: message["width"], height: message["height"], fx: k[0], fy: k[4], cx: k[2], cy: k[5],
+  const camera: Camera = { width: message["width"], height: message["height"], fx: k[0], fy: k[4], cx: k[2], cy: k[5], skew: k[1],
                            model: message["distortion_model"], distortion: Array.from(message["d"] as ArrayLike<number>) };
   return camera.fx > 0 && camera.width > 0 ? camera : undefined;
 }

@@ -5,7 +5,7 @@ import { compose, fromYaw, identity, type Pose } from "../math/pose";
 import { emptyContent } from "../session";
 import { SeenTags } from "./seen_tags";
 
-const camera: Camera = { width: 640, height: 480, fx: 500, fy: 500, cx: 319.5, cy: 239.5, model: "plumb_bob", distortion: [] };
+const camera: Camera = { width: 640, height: 480, fx: 500, fy: 500, cx: 319.5, cy: 239.5, skew: 0, model: "plumb_bob", distortion: [] };
 const base_T_cam: Pose = { p: [0.1, 0, 0.2], q: [-0.5, 0.5, -0.5, 0.5] };
 
 describe("SeenTags", () => {

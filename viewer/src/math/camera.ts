@@ -8,6 +8,8 @@ export interface Camera {
   readonly fy: number;
   readonly cx: number;
   readonly cy: number;
+  /** [px] the x coordinate of a pixel is fx x + skew y + cx */
+  readonly skew: number;
   readonly model: string;
   readonly distortion: readonly number[];
 }
@@ -31,9 +33,15 @@ export function distort(camera: Camera, x: number, y: number): [number, number] 
   ];
 }
 
+/** Distorted normalised coordinates of a pixel. */
+export function withoutIntrinsics(camera: Camera, u: number, v: number): [number, number] {
+  const y = (v - camera.cy) / camera.fy;
+  return [(u - camera.cx - camera.skew * y) / camera.fx, y];
+}
+
 /** Undistorted normalised coordinates of a pixel: the inverse of distort(), by fixed-point iteration. */
 export function undistort(camera: Camera, u: number, v: number): [number, number] {
-  const wanted = [(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy] as const;
+  const wanted = withoutIntrinsics(camera, u, v);
   let [x, y]: [number, number] = [...wanted];
   for (let i = 0; i < 50; ++i) {
     const [dx, dy] = distort(camera, x, y);
@@ -47,7 +55,7 @@ export function undistort(camera: Camera, u: number, v: number): [number, number
 export function project(camera: Camera, p: Vec3): [number, number] | undefined {
   if (p[2] <= 1e-3) return undefined;
   const [x, y] = distort(camera, p[0] / p[2], p[1] / p[2]);
-  return [camera.fx * x + camera.cx, camera.fy * y + camera.cy];
+  return [camera.fx * x + camera.skew * y + camera.cx, camera.fy * y + camera.cy];
 }
 
 /** Corners TL, TR, BR, BL of a tag of this size in its own frame: x right, y down, z into the tag. */

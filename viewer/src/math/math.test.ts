@@ -50,7 +50,7 @@ describe("the plane", () => {
 });
 
 describe("the camera", () => {
-  const camera: Camera = { width: 640, height: 480, fx: 400, fy: 410, cx: 320, cy: 240, model: "plumb_bob", distortion: [] };
+  const camera: Camera = { width: 640, height: 480, fx: 400, fy: 410, cx: 320, cy: 240, skew: 0, model: "plumb_bob", distortion: [] };
   it("projects points ahead and none behind", () => {
     expect(project(camera, [0.5, -0.25, 2])).toEqual([420, 240 - 410 / 8]);
     expect(project(camera, [0, 0, -1])).toBeUndefined();

@@ -5,8 +5,8 @@ import { compose, fromYaw, inverse, multiply, type Pose } from "./pose";
 import { tagPose } from "./tag_pose";
 
 const cameras: Camera[] = [
-  { width: 640, height: 480, fx: 500, fy: 505, cx: 319.5, cy: 239.5, model: "plumb_bob", distortion: [-0.2, 0.05, 0.001, -0.002, 0] },
-  { width: 640, height: 480, fx: 300, fy: 300, cx: 320, cy: 240, model: "equidistant", distortion: [0.02, -0.01, 0, 0] },
+  { width: 640, height: 480, fx: 500, fy: 505, cx: 319.5, cy: 239.5, skew: 0, model: "plumb_bob", distortion: [-0.2, 0.05, 0.001, -0.002, 0] },
+  { width: 640, height: 480, fx: 300, fy: 300, cx: 320, cy: 240, skew: 3, model: "equidistant", distortion: [0.02, -0.01, 0, 0] },
 ];
 const base_T_cam: Pose = { p: [0.1, 0, 0.2], q: [-0.5, 0.5, -0.5, 0.5] }; // optical axis along base x
 
@@ -26,7 +26,7 @@ describe("tagPose", () => {
     it(`undistort is the inverse of distort (${camera.model})`, () => {
       for (const [x, y] of [[0, 0], [0.3, -0.2], [-0.4, 0.35]] as const) {
         const [u, v] = distort(camera, x, y);
-        const [a, b] = undistort(camera, u * camera.fx + camera.cx, v * camera.fy + camera.cy);
+        const [a, b] = undistort(camera, u * camera.fx + camera.skew * v + camera.cx, v * camera.fy + camera.cy);
         expect(Math.hypot(a - x, b - y)).toBeLessThan(1e-8);
       }
     });

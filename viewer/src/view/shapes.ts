@@ -6,7 +6,7 @@ import {
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
 import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
-import type { Camera } from "../math/camera";
+import { withoutIntrinsics, type Camera } from "../math/camera";
 import { thinned, type Ellipse } from "../math/plane";
 import type { Pose } from "../math/pose";
 import type { MapTag, Route, Wall } from "../data/map_files";
@@ -134,7 +134,7 @@ export function robotObject(color: string, hull: readonly [number, number, numbe
   place(eye, base_T_cam);
   eye.add(new AxesHelper(0.12));
   const depth = 0.6;
-  const corner = (u: number, v: number): number[] => [((u - camera.cx) / camera.fx) * depth, ((v - camera.cy) / camera.fy) * depth, depth];
+  const corner = (u: number, v: number): number[] => [...withoutIntrinsics(camera, u, v).map((x) => x * depth), depth];
   const ends = [corner(0, 0), corner(camera.width, 0), corner(camera.width, camera.height), corner(0, camera.height)];
   const edges: number[] = [];
   ends.forEach((end, i) => edges.push(0, 0, 0, ...end, ...end, ...ends[(i + 1) % 4]!));
