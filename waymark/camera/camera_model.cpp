@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <type_traits>
 
 #include <fmt/format.h>
 
@@ -132,25 +134,31 @@ auto folds(double angle_rad, double rim_px, double share) {
       "the coefficients and the size of the image.");
 }
 
-Result<double> find_domain(const PinholeRadtan& camera, int width_px, int height_px) {
-  const Radtan lens{camera.k};
-  const double limit = lens.domain();
-  const double rim = lens.distorted_radius(limit);
-  if (limit >= Radtan::kLargestRadius || rim >= nearest_edge(camera, width_px, height_px)) return limit;
-  const double share = share_within(camera, rim, width_px, height_px);
-  if (share >= kMinDomainShare) return limit;
-  return folds(std::atan(limit), rim * std::min(camera.fx, camera.fy), share);
+/// The edge of the image circle: where the domain ends, as a distance from the principal point in normalised
+/// coordinates. It is infinite if it cannot lie inside an image.
+double rim_of(const PinholeRadtan& camera, double limit) {
+  if (limit >= Radtan::kLargestRadius) return std::numeric_limits<double>::infinity();
+  return Radtan{camera.k}.distorted_radius(limit);
 }
 
-Result<double> find_domain(const Equidistant& camera, int width_px, int height_px) {
-  const EquidistantAngle lens{camera.k};
-  const double limit = lens.domain();
-  const double rim = lens.distort(limit);
-  // A circular fisheye has its image circle inside the image, so a domain of at least 90 degrees is enough.
-  if (limit >= 0.5 * std::numbers::pi || rim >= nearest_edge(camera, width_px, height_px)) return limit;
+/// A circular fisheye has its image circle inside the image, so a domain of at least 90 degrees is enough.
+double rim_of(const Equidistant& camera, double limit) {
+  if (limit >= 0.5 * std::numbers::pi) return std::numeric_limits<double>::infinity();
+  return EquidistantAngle{camera.k}.distort(limit);
+}
+
+double domain_of(const PinholeRadtan& camera) { return Radtan{camera.k}.domain(); }
+double domain_of(const Equidistant& camera) { return EquidistantAngle{camera.k}.domain(); }
+
+template <class Model>
+Result<double> find_domain(const Model& camera, int width_px, int height_px) {
+  const double limit = domain_of(camera);
+  const double rim = rim_of(camera, limit);
+  if (rim >= nearest_edge(camera, width_px, height_px)) return limit;
   const double share = share_within(camera, rim, width_px, height_px);
   if (share >= kMinDomainShare) return limit;
-  return folds(limit, rim * std::min(camera.fx, camera.fy), share);
+  constexpr bool kIsPinhole = std::is_same_v<Model, PinholeRadtan>;
+  return folds(kIsPinhole ? std::atan(limit) : limit, rim * std::min(camera.fx, camera.fy), share);
 }
 
 std::optional<Eigen::Vector2d> project_with(const PinholeRadtan& camera, double limit,
@@ -247,6 +255,14 @@ Result<CameraModel> CameraModel::make(const Projection& projection, int width_px
       std::visit([&](const auto& camera) { return find_domain(camera, width_px, height_px); }, projection);
   if (!limit) return tl::unexpected<Error>(limit.error());
   return CameraModel(projection, width_px, height_px, *limit);
+}
+
+bool CameraModel::reaches_an_edge() const {
+  return std::visit(
+      [&](const auto& camera) {
+        return rim_of(camera, limit_) >= nearest_edge(camera, width_px_, height_px_);
+      },
+      projection_);
 }
 
 double CameraModel::max_angle_rad() const {

@@ -61,6 +61,10 @@ class CameraModel {
   /// project. It is 90 degrees without distortion, and at most 180 degrees (equidistant). The image may cover
   /// only part of the cone, and its corners may lie outside the cone.
   [[nodiscard]] double max_angle_rad() const;
+  /// Whether the domain reaches the nearest edge of the image. Always true for a fisheye with a domain of at
+  /// least 90 degrees, whose image circle may end inside the image. A good calibration of a pinhole lens has
+  /// this property, so the calibrations of this project estimate no other lens.
+  [[nodiscard]] bool reaches_an_edge() const;
 
   /// Pixel of a point in the camera frame (x right, y down, z forward) [m]; pixel centres are at +1/2.
   /// Returns `nullopt` if the point is outside the domain (behind the camera or beyond the fold of the

@@ -200,6 +200,12 @@ TEST(CameraModel, ADomainInsideTheImageIsUsed) {
   EXPECT_NEAR(camera.max_angle_rad(), std::atan(std::sqrt(1 / 1.2)), 1e-9);
   EXPECT_LT(round_trip_error(camera, {640 + 303, 360}), 1e-9);
   EXPECT_FALSE(camera.unproject({640 + 305, 360}));
+  EXPECT_FALSE(camera.reaches_an_edge());
+  EXPECT_TRUE(
+      must(CameraModel::make(
+               PinholeRadtan{.fx = 500, .fy = 500, .cx = 640, .cy = 300, .k = {-0.4}, .coefficients = 4},
+               1280, 600))
+          .reaches_an_edge());
   EXPECT_TRUE(camera.covers(std::array{Eigen::Vector2d(640, 360), Eigen::Vector2d(900, 300)}));
   EXPECT_FALSE(camera.covers(std::array{Eigen::Vector2d(640, 360), Eigen::Vector2d(1000, 360)}));
 }

@@ -62,17 +62,27 @@ std::vector<std::string> parameter_names(LensModel lens) {
   return names;
 }
 
+namespace {
+
+Result<CameraModel> checked(const Result<CameraModel>& camera) {
+  if (!camera || camera->reaches_an_edge()) return camera;
+  return fail(ErrorCode::InvalidArgument, "the distortion folds before the nearest image edge",
+              {.key = "distortion"}, "Take views that reach the edges of the image.");
+}
+
+}  // namespace
+
 Result<CameraModel> camera_of(LensModel lens, const Eigen::VectorXd& p, int width_px, int height_px) {
   const int coefficients = coefficients_of(lens);
   if (lens == LensModel::Equidistant) {
     Equidistant fisheye{.fx = p[0], .fy = p[1], .cx = p[2], .cy = p[3]};
     for (int i = 0; i < coefficients; ++i) fisheye.k[static_cast<std::size_t>(i)] = p[kPinholeParameters + i];
-    return CameraModel::make(fisheye, width_px, height_px);
+    return checked(CameraModel::make(fisheye, width_px, height_px));
   }
   PinholeRadtan pinhole{
       .fx = p[0], .fy = p[1], .cx = p[2], .cy = p[3], .k = {}, .coefficients = coefficients};
   for (int i = 0; i < coefficients; ++i) pinhole.k[static_cast<std::size_t>(i)] = p[kPinholeParameters + i];
-  return CameraModel::make(pinhole, width_px, height_px);
+  return checked(CameraModel::make(pinhole, width_px, height_px));
 }
 
 }  // namespace waymark

@@ -26,7 +26,7 @@ enum class LensModel : std::uint8_t { None, Radtan4, Radtan5, Rational8, Equidis
 [[nodiscard]] std::vector<std::string> parameter_names(LensModel lens);
 
 /// The camera with these parameters, which are in the order of parameter_names(). Fails if
-/// CameraModel::make() rejects them.
+/// CameraModel::make() rejects them, or if the domain of the camera does not reach an edge of the image.
 [[nodiscard]] Result<CameraModel> camera_of(LensModel lens, const Eigen::VectorXd& parameters, int width_px,
                                             int height_px);
 

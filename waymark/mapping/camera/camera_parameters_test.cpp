@@ -21,5 +21,15 @@ TEST(CameraParameters, EveryLensHasANameAndRoundTripsItsParameters) {
   EXPECT_FALSE(lens_model("wide"));
 }
 
+// Such a camera is accepted in a file, but cross-validation would prefer it, because it ignores marks outside
+// its domain.
+TEST(CameraParameters, ALensThatFoldsBeforeTheEdgeIsNotEstimated) {
+  Eigen::VectorXd numbers = Eigen::VectorXd::Zero(8);
+  numbers << 500, 500, 640, 360, -0.4, 0, 0, 0;
+  EXPECT_FALSE(camera_of(LensModel::Radtan4, numbers, 1280, 720));
+  EXPECT_TRUE(CameraModel::make(
+      PinholeRadtan{.fx = 500, .fy = 500, .cx = 640, .cy = 360, .k = {-0.4}, .coefficients = 4}, 1280, 720));
+}
+
 }  // namespace
 }  // namespace waymark

@@ -296,9 +296,10 @@ void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::Vec
     const int unknown = unknowns.of_intrinsics[i];
     if (unknown < 0) continue;
     const Eigen::VectorXd change = step.segment(system.offset(unknown), system.dimension(unknown));
-    const auto moved = with_intrinsics(bundle.cameras[i], intrinsics_of(bundle.cameras[i]) + change);
-    bundle.intrinsics[i].possible = moved.has_value();
-    if (moved) bundle.cameras[i] = *moved;
+    CameraModel& camera = bundle.cameras[i];
+    const auto moved = with_intrinsics(camera, intrinsics_of(camera) + change);
+    bundle.intrinsics[i].possible = moved && (moved->reaches_an_edge() || !camera.reaches_an_edge());
+    if (bundle.intrinsics[i].possible) camera = *moved;
   }
 }
 
