@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "waymark/tags/make_detector.hpp"
+#include "waymark/tags/straight_view.hpp"
 
 namespace waymark {
 namespace {
@@ -15,12 +16,68 @@ void drop_beyond_lens(const CameraModel* camera, FoundTags& found) {
                                     [&](const TagDetection& tag) { return !camera->covers(tag.corners_px); });
 }
 
+/// The same tag in a view without distortion; empty if it is not found there.
+std::optional<TagDetection> find_again(const StraightView& view, const TagFinder& finder,
+                                       const TagDetection& detection) {
+  const auto expected_px = view.from_camera(center_px(detection.corners_px));
+  const auto found = finder.detector->detect(view.image());
+  if (!expected_px || !found) return std::nullopt;
+  for (const TagDetection& other : *found)
+    if (other.tag == detection.tag &&
+        (center_px(other.corners_px) - *expected_px).norm() < 0.25 * mean_side_px(detection.corners_px))
+      return other;
+  return std::nullopt;
+}
+
+/// Replaces corners and covariance by those of the corresponding pixels of the camera.
+bool move_to_camera(const StraightView& view, RefinedCorners& refined) {
+  // Bilinear interpolation reduces the variance of white noise to 4/9 on average, but makes it correlated, so
+  // a position contains no more information than before.
+  constexpr double kInterpolation = 9.0 / 4.0;
+  CornerCovariance J = CornerCovariance::Zero();
+  for (Eigen::Index k = 0; k < 4; ++k) {
+    Eigen::Matrix2d J_px_view;
+    Eigen::Vector2d& corner = refined.corners_px[static_cast<std::size_t>(k)];
+    const auto px = view.to_camera(corner, &J_px_view);
+    if (!px) return false;
+    corner = *px;
+    J.block<2, 2>(2 * k, 2 * k) = J_px_view;
+  }
+  refined.covariance_px2 = (kInterpolation * J * refined.covariance_px2 * J.transpose()).eval();
+  return true;
+}
+
+/// Finds and refines the tag in a view without distortion. Empty if that fails.
+std::optional<RefinedCorners> refine_in_straight_view(const ImageView& image, const TagFinder& finder,
+                                                      const CameraModel& camera,
+                                                      const TagDetection& detection) {
+  const auto view = StraightView::around(image, camera, detection.corners_px);
+  if (!view) return std::nullopt;
+  const auto straight = find_again(*view, finder, detection);
+  if (!straight) return std::nullopt;
+  RefinementOptions options = *finder.refinement;
+  options.curvature_per_px = 0;
+  RefinedCorners refined = refine_corners(view->image(), *straight, options);
+  if (!refined.refined() || !move_to_camera(*view, refined)) return std::nullopt;
+  return refined;
+}
+
+/// The refinement models edges that bulge by up to a pixel. A stronger distortion also misplaces the
+/// sides of the detected quad, and the tag is found again in a view without distortion.
+RefinedCorners refine(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
+                      const TagDetection& detection) {
+  constexpr double kMaxBulge_px = 1;
+  if (camera != nullptr && edge_bulge_px(*camera, detection.corners_px) > kMaxBulge_px)
+    if (const auto refined = refine_in_straight_view(image, finder, *camera, detection)) return *refined;
+  return refine_corners(image, detection, *finder.refinement, camera);
+}
+
 void refine_all(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
                 FoundTags& found) {
   drop_beyond_lens(camera, found);
   if (!finder.refinement) return;
   for (TagDetection& detection : found.detections) {
-    const RefinedCorners refined = refine_corners(image, detection, *finder.refinement, camera);
+    const RefinedCorners refined = refine(image, finder, camera, detection);
     detection.corners_px = refined.corners_px;
     detection.corner_covariance_px2 = refined.covariance_px2;
     found.refinements.push_back(refined.outcome);

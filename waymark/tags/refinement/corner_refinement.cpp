@@ -178,28 +178,6 @@ RefinementOutcome fit(const ImageView& image, const PrintedTag& print, const Qua
   return correct(inner_correction(image, print, tag, estimate), tag, border_is_uncertain, result);
 }
 
-/// With a camera model, starts at the corners whose curved edges would give the detected straight sides. If
-/// this fails, starts at the detected corners, because a detector may have placed them by the bits.
-RefinementOutcome fit_with_lens(const ImageView& image, const TagDetection& detection,
-                                const PrintedTag& print, const RefinementOptions& options,
-                                const CameraModel* camera, bool& border_is_uncertain,
-                                RefinedCorners& result) {
-  constexpr double kNegligiblePx = 0.2;
-  const Quad& detected = detection.corners_px;
-  const Quad start_px =
-      camera == nullptr
-          ? detected
-          : corners_of_curved_edges(*camera, detected, family(detection.tag.family).width_at_border);
-  double bent_px = 0;
-  for (std::size_t k = 0; k < 4; ++k) bent_px = std::max(bent_px, (start_px[k] - detected[k]).norm());
-  if (bent_px < kNegligiblePx || smallest_triangle(start_px) < 1.0)
-    return fit(image, print, detected, options, camera, border_is_uncertain, result);
-  const RefinementOutcome outcome = fit(image, print, start_px, options, camera, border_is_uncertain, result);
-  if (outcome == RefinementOutcome::Refined) return outcome;
-  border_is_uncertain = false;
-  return fit(image, print, detected, options, camera, border_is_uncertain, result);
-}
-
 RefinementOutcome judge(const PrintedTag& print, const RefinementOptions& options,
                         const RefinedCorners& result) {
   const double step = print.outwards() * result.contrast;
@@ -256,7 +234,7 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
     const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
     unrefined_sigma_px = std::max(unrefined_sigma_px, cell_px);
   } else if (known) {
-    result.outcome = fit_with_lens(image, detection, print, options, camera, border_is_uncertain, result);
+    result.outcome = fit(image, print, detection.corners_px, options, camera, border_is_uncertain, result);
   }
   if (result.refined()) result.outcome = judge(print, options, result);
   if (border_is_uncertain || may_place_by_bits(result.outcome)) {

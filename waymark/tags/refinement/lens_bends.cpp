@@ -1,13 +1,10 @@
 #include "waymark/tags/refinement/lens_bends.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <optional>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-
-#include "waymark/tags/refinement/tag_fit.hpp"
 
 namespace waymark::refinement {
 namespace {
@@ -86,38 +83,6 @@ std::optional<Eigen::Vector3d> bulge_px(const CameraModel& camera, const EdgeFra
 }
 
 }  // namespace
-
-Quad corners_of_curved_edges(const CameraModel& camera, const Quad& fitted_px, int cells) {
-  constexpr int kMaxIterations = 4;
-  constexpr double kReach = 0.76;  // share of an edge to which the detector fits a side (quads.cpp, kTrim)
-  constexpr double kTolerancePx = 0.05;
-  constexpr double kMeanSquare = kReach * kReach / 3;
-  constexpr double kMeanFourth = kReach * kReach * kReach * kReach / 5;
-  Quad corners = fitted_px;
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const std::array<EdgeFrame, 4> edges = edge_frames(corners, cells);
-    Eigen::Matrix<double, 8, 1> outwards;  // distances of the fitted sides from the chords, at both ends
-    for (int k = 0; k < 4; ++k) {
-      const auto bulge = bulge_px(camera, edges[static_cast<std::size_t>(k)]);
-      if (!bulge) return fitted_px;
-      // The least squares line through (1 - t^2)(b0 + b1 t + b2 t^2) for |t| < kReach.
-      const double mean = (1 - kMeanSquare) * (*bulge)[0] + (kMeanSquare - kMeanFourth) * (*bulge)[2];
-      const double slope = (1 - kMeanFourth / kMeanSquare) * (*bulge)[1];
-      outwards[2 * k] = mean - slope;
-      outwards[2 * k + 1] = mean + slope;
-    }
-    const Eigen::Matrix<double, 8, 1> moved = intersection(edges) * outwards;
-    double change = 0;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Vector2d corner = fitted_px[k] - moved.segment<2>(2 * static_cast<Eigen::Index>(k));
-      if (!corner.allFinite()) return fitted_px;
-      change = std::max(change, (corner - corners[k]).norm());
-      corners[k] = corner;
-    }
-    if (change < kTolerancePx) break;
-  }
-  return corners;
-}
 
 std::array<double, 4> expect_bends(const CameraModel* camera, double curvature_per_px,
                                    std::array<EdgeFrame, 4>& edges) {

@@ -25,12 +25,6 @@ struct LensField {
 [[nodiscard]] std::optional<LensField> lens_field(const CameraModel& camera,
                                                   const std::array<EdgeFrame, 4>& edges);
 
-/// Corners of a tag whose edges are curved by the lens, computed from those of a quad with straight sides
-/// that were fitted to the curved edges. Such a side lies outside the chord of its edge by most of the bulge.
-/// `cells` is the number of cells along each side. Returns the quad itself outside the domain of the camera
-/// model.
-[[nodiscard]] Quad corners_of_curved_edges(const CameraModel& camera, const Quad& fitted_px, int cells);
-
 /// Computes the expected curvature of edges in the image. With a camera model, the bulge of a straight line
 /// is computed and written to EdgeFrame::bulge_px; without one (or outside its domain), the bulge is 0.
 /// Returns the standard deviation of the additional curvature that the fit may estimate [px]. It is a tenth

@@ -2,10 +2,8 @@
 #include "waymark/tags/refinement/lens_bends.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include <gtest/gtest.h>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "waymark/base/random.hpp"
@@ -49,58 +47,6 @@ TEST(LensField, MatchesTheDistortedPrint) {
   EXPECT_GT(largest, 0.1) << "otherwise the test proves nothing";
   for (const double s : {-1.0, 1.0})
     for (const double t : {-1.0, 1.0}) EXPECT_LT(field->at(s, t).norm(), 1e-9);
-}
-
-/// The intersections of the least squares lines through the middle part of each curved edge.
-Quad fitted_with_straight_sides(const CameraModel& camera, const SE3& cam_T_tag, double half_m) {
-  constexpr double kReach = 0.76;
-  constexpr int kPoints = 101;
-  const std::array<Eigen::Vector2d, 4> corner = {Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, -1),
-                                                 Eigen::Vector2d(1, 1), Eigen::Vector2d(-1, 1)};
-  std::array<Eigen::Hyperplane<double, 2>, 4> side;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const Eigen::Vector2d middle = 0.5 * (corner[k] + corner[(k + 1) % 4]);
-    const Eigen::Vector2d half = 0.5 * (corner[(k + 1) % 4] - corner[k]);
-    Eigen::Matrix<double, 2, kPoints> px;
-    for (int i = 0; i < kPoints; ++i) {
-      const Eigen::Vector2d at = middle + kReach * (2.0 * i / (kPoints - 1) - 1) * half;
-      px.col(i) = camera.project(cam_T_tag * Eigen::Vector3d(half_m * at.x(), half_m * at.y(), 0)).value();
-    }
-    const Eigen::Vector2d mean = px.rowwise().mean();
-    const Eigen::Matrix2d spread = (px.colwise() - mean) * (px.colwise() - mean).transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread);
-    side[k] = Eigen::Hyperplane<double, 2>(Eigen::Vector2d(axes.eigenvectors().col(0)), mean);
-  }
-  Quad quad;
-  for (std::size_t k = 0; k < 4; ++k) quad[k] = side[(k + 3) % 4].intersection(side[k]);
-  return quad;
-}
-
-// Up to 56 degrees off the axis of a fisheye, where straight sides misplace the corners by 6 px.
-TEST(CornersOfCurvedEdges, AreComputedFromStraightSides) {
-  const CameraModel fisheye =
-      CameraModel::make(Equidistant{.fx = 444, .fy = 444, .cx = 640, .cy = 480, .k = {0.01, -0.003, 0, 0}},
-                        1280, 960)
-          .value();
-  for (const double off_axis : {0.0, 0.45, 0.68, 0.84, 0.98}) {
-    const SO3 turn = SO3::exp({0, off_axis, 0});
-    const SE3 cam_T_tag(turn * SO3::exp({0.3, 0.0, 0.1}), turn * Eigen::Vector3d(0, 0, 0.42));
-    constexpr double kHalf_m = 0.08;
-    const Quad fitted = fitted_with_straight_sides(fisheye, cam_T_tag, kHalf_m);
-    const Quad corners = corners_of_curved_edges(fisheye, fitted, 8);
-    const std::array<Eigen::Vector3d, 4> truth = {
-        Eigen::Vector3d(-kHalf_m, -kHalf_m, 0), Eigen::Vector3d(kHalf_m, -kHalf_m, 0),
-        Eigen::Vector3d(kHalf_m, kHalf_m, 0), Eigen::Vector3d(-kHalf_m, kHalf_m, 0)};
-    double before = 0;
-    double after = 0;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Eigen::Vector2d px = fisheye.project(cam_T_tag * truth[k]).value();
-      before = std::max(before, (fitted[k] - px).norm());
-      after = std::max(after, (corners[k] - px).norm());
-    }
-    EXPECT_GT(before, 0.9) << off_axis;
-    EXPECT_LT(after, 0.1 * before) << off_axis;
-  }
 }
 
 TEST(LensField, IsZeroWithoutDistortionAndUndefinedOutsideTheDomain) {
