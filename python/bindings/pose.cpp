@@ -57,7 +57,9 @@ void bind_results(py::module_& m) {
   solution.def_readonly("rms_px", &TagPoseSolution::rms_px, "Root mean square distance of the corners [px].");
   solution.def_property_readonly(
       "covariance", [](const TagPoseSolution& s) { return to_array(s.covariance); },
-      "(6, 6) in the camera frame's left tangent (translation, rotation) [m, rad].");
+      "(6, 6) in the camera frame's left tangent (translation, rotation) [m, rad]; contains sigma_scale.");
+  solution.def_readonly("sigma_scale", &TagPoseSolution::sigma_scale,
+                        "Factor on the standard deviations, above 1 if chi2 is too large for chance.");
   def_state(solution);
   py::class_<TagPose> pose(m, "TagPose",
                            "Both pose candidates of a planar square. With noise, either may fit better.");

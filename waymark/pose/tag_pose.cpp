@@ -1,5 +1,6 @@
 #include "waymark/pose/tag_pose.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -22,6 +23,21 @@ using internal::Whitening;
 /// Two minima that are closer than this many standard deviations count as one, because the difference is
 /// within the tolerance of the iteration.
 constexpr double kSameMinimumSigmas = 0.1;
+
+/// Factor on the variance of the corners that their residual implies: the scale factor of the Particle Data
+/// Group ("Review of particle physics", section 5.2.2), chi2 per degree of freedom. Two degrees of freedom
+/// determine it only roughly, so it starts where chance is excluded and rises from 1 without a jump.
+double variance_scale(double chi2) {
+  constexpr double kDegreesOfFreedom = 2;
+  constexpr double kByChance = 13.8;  // 0.999 quantile of chi-square for 2 degrees of freedom
+  return std::max(1.0, std::min(chi2 / kDegreesOfFreedom, 1 + chi2 - kByChance));
+}
+
+void scale_covariance(double variance, TagPoseSolution& solution) {
+  if (variance == 1) return;
+  solution.sigma_scale = std::sqrt(variance);
+  solution.covariance *= variance;
+}
 
 /// The inputs to one refinement.
 struct Problem {
@@ -105,6 +121,9 @@ Result<TagPose> solve(const Problem& problem, const std::array<SE3, 2>& starts, 
   } else {
     pose.other = solutions[other];
   }
+  const double variance = variance_scale(pose.best.chi2);
+  scale_covariance(variance, pose.best);
+  if (pose.other) scale_covariance(variance, *pose.other);
   return pose;
 }
 

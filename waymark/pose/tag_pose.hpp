@@ -45,8 +45,13 @@ struct TagPoseSolution {
       0;  ///< squared residuals over their variance: 8 coordinates, 6 unknowns and thus 2 degrees of freedom
   double rms_px = 0;  ///< root mean square distance between the four corners and their projections [px]
   /// Inverse of the Fisher information that the corners provide about cam_T_tag, in the left tangent of the
-  /// camera frame. It is of first order and does not account for the other solution.
+  /// camera frame, times the square of sigma_scale. It is of first order and does not account for the other
+  /// solution.
   PoseCovariance covariance = PoseCovariance::Zero();
+  /// Factor on the standard deviations, at least 1: above 1 if the corners do not fit any square as well as
+  /// their covariance states (wrong lens, wrong corners). Derived from the smaller chi2 of the two solutions
+  /// and the same for both; chi2 is not scaled.
+  double sigma_scale = 1;
 };
 
 /// State of the second solution.

@@ -178,6 +178,37 @@ TEST(TagPose, ACornerWithLargeVarianceHasLittleWeight) {
             0.01 * testing::internal::distance(truth, pulled).rotation);
 }
 
+TEST(TagPose, AResidualBeyondChanceScalesTheCovariance) {
+  Random random(17);
+  const CameraModel camera = testing::plain_camera();
+  const SE3 truth(SO3::exp({0.5, 0.2, 0.3}), {0.1, 0, 2.0});
+  TagDetection seen = see_tag(camera, truth).value();
+  double last = 1;
+  for (double bent_px = 0; bent_px < 2; bent_px += 0.01) {
+    seen.corners_px = see_tag(camera, truth).value().corners_px;
+    // One diagonal becomes longer and the other one shorter, as no pose of a square explains.
+    const Eigen::Vector2d along = (seen.corners_px[2] - seen.corners_px[0]).normalized();
+    seen.corners_px[2] += bent_px * along;
+    seen.corners_px[0] -= bent_px * along;
+    seen.corners_px[1] += bent_px * along;
+    seen.corners_px[3] -= bent_px * along;
+    const TagPose pose = estimate_tag_pose(seen, kTagSize, camera, {.corner_sigma_px = 0.1}).value();
+    // The same corners with a claim that they keep: the unscaled covariance is proportional to it.
+    const TagPose kept = estimate_tag_pose(seen, kTagSize, camera, {.corner_sigma_px = 10}).value();
+    ASSERT_EQ(kept.best.sigma_scale, 1);
+    const double scale = pose.best.sigma_scale;
+    EXPECT_THAT((1e-4 * scale * scale * kept.best.covariance).eval(),
+                MatrixNear(pose.best.covariance, 1e-3 * pose.best.covariance.norm()));
+    if (pose.other) EXPECT_EQ(pose.other->sigma_scale, scale) << "the corners are the same";
+    EXPECT_GE(scale, last);
+    EXPECT_LT(scale, 1.5 * last) << "rises without a jump";
+    if (pose.best.chi2 < 13) EXPECT_EQ(scale, 1);
+    if (pose.best.chi2 > 30) EXPECT_NEAR(scale * scale, pose.best.chi2 / 2, 1e-9 * pose.best.chi2);
+    last = scale;
+  }
+  EXPECT_GT(last, 5);
+}
+
 TEST(TagPose, ReportsWhyThereIsNoSecondSolution) {
   const CameraModel camera = testing::plain_camera();
   // For a frontal tag, both solutions coincide,
@@ -429,6 +460,46 @@ TEST(TagPoseStatistics, SmallTagsAreWorseThanTheirCovariance) {
             << s.rotation_ratio() << ", NEES " << s.mean_nees() << "\n";
   EXPECT_LT(s.position_ratio(), 1.1);
   EXPECT_GT(s.mean_nees(), 6.5);
+}
+
+// The covariance where the claim is wrong. Two residuals are few, so the test asserts shares of the views.
+struct Kept {
+  double scaled = 0, claimed = 0;  ///< shares of errors inside the ellipsoid that should contain 95 %
+};
+
+Kept errors_inside(const CameraModel& truth, const CameraModel& believed, double noise_px, double claim_px,
+                   std::uint64_t seed) {
+  constexpr double kQuantile = 12.59;  // 0.95 quantile of chi-square for 6 degrees of freedom
+  constexpr int kViews = 2000;
+  Random random(seed);
+  Kept kept;
+  for (int i = 0; i < kViews; ++i) {
+    const SE3 cam_T_tag = testing::random_view(random, kOrdinary);
+    const TagDetection seen = with_noise(see_tag(truth, cam_T_tag).value(), noise_px, random);
+    const auto pose = estimate_tag_pose(seen, kTagSize, believed, {.corner_sigma_px = claim_px});
+    EXPECT_TRUE(pose);
+    if (!pose) break;
+    const TagPoseSolution& found = nearest(*pose, cam_T_tag);
+    const SE3::Tangent error = minus(cam_T_tag, found.cam_T_tag);
+    const double nees = error.dot(Eigen::LLT<PoseCovariance>(found.covariance).solve(error));
+    kept.scaled += nees < kQuantile ? 1.0 / kViews : 0;
+    kept.claimed += found.sigma_scale * found.sigma_scale * nees < kQuantile ? 1.0 / kViews : 0;
+  }
+  return kept;
+}
+
+TEST(TagPoseStatistics, TheResidualRevealsAWrongClaim) {
+  const Kept noise = errors_inside(testing::plain_camera(), testing::plain_camera(), 1.0, 0.1, 18);
+  const Kept lens = errors_inside(testing::distorting_camera(), testing::plain_camera(), 0.05, 0.05, 19);
+  const Kept right = errors_inside(testing::plain_camera(), testing::plain_camera(), 0.1, 0.1, 20);
+  std::cout << "errors in the 95 % ellipsoid as scaled (as claimed): noise x 10 " << noise.scaled << " ("
+            << noise.claimed << "), wrong lens " << lens.scaled << " (" << lens.claimed << "), right "
+            << right.scaled << " (" << right.claimed << ")\n";
+  EXPECT_LT(noise.claimed, 0.02);
+  EXPECT_GT(noise.scaled, 0.5);
+  EXPECT_GT(lens.scaled, 2 * lens.claimed);
+  EXPECT_NEAR(right.scaled, right.claimed, 0.002);
+  EXPECT_NEAR(right.scaled, 0.95, 0.02);
 }
 
 // Comparison with OpenCV's IPPE_SQUARE, which was implemented by the authors of the method.

@@ -30,7 +30,10 @@ ReportFields fields(const ReportedSolution& reported) {
           {"sigma_t_m", "Standard deviation of x, y, z", numbers_of(sigma.position_m)},
           {"sigma_r_rad", "Standard deviation of the rotation about x, y, z", numbers_of(sigma.rotation_rad)},
           {"rms_px", "Root mean square reprojection error of the corners", solution.rms_px},
-          {"chi2", "Chi-square of the corners, 2 degrees of freedom", solution.chi2}};
+          {"chi2", "Chi-square of the corners, 2 degrees of freedom", solution.chi2},
+          {"sigma_scale",
+           "Factor contained in sigma_t_m and sigma_r_rad: above 1 if chi2 is too large for chance",
+           solution.sigma_scale}};
 }
 
 struct ReportedPose {
