@@ -186,12 +186,9 @@ TEST(TagPose, AResidualBeyondChanceScalesTheCovariance) {
   double last = 1;
   for (double bent_px = 0; bent_px < 2; bent_px += 0.01) {
     seen.corners_px = see_tag(camera, truth).value().corners_px;
-    // One diagonal becomes longer and the other one shorter, as no pose of a square explains.
-    const Eigen::Vector2d along = (seen.corners_px[2] - seen.corners_px[0]).normalized();
-    seen.corners_px[2] += bent_px * along;
-    seen.corners_px[0] -= bent_px * along;
-    seen.corners_px[1] += bent_px * along;
-    seen.corners_px[3] -= bent_px * along;
+    // The image of a square under perspective is determined by its pose, which cannot explain a single wrong
+    // corner.
+    seen.corners_px[0] += Eigen::Vector2d(bent_px, -bent_px);
     const TagPose pose = estimate_tag_pose(seen, kTagSize, camera, {.corner_sigma_px = 0.1}).value();
     // The same corners with a claim that they keep: the unscaled covariance is proportional to it.
     const TagPose kept = estimate_tag_pose(seen, kTagSize, camera, {.corner_sigma_px = 10}).value();
@@ -467,7 +464,7 @@ struct Kept {
   double scaled = 0, claimed = 0;  ///< shares of errors inside the ellipsoid that should contain 95 %
 };
 
-Kept errors_inside(const CameraModel& truth, const CameraModel& believed, double noise_px, double claim_px,
+Kept errors_inside(const CameraModel& truth, const CameraModel& assumed, double noise_px, double claim_px,
                    std::uint64_t seed) {
   constexpr double kQuantile = 12.59;  // 0.95 quantile of chi-square for 6 degrees of freedom
   constexpr int kViews = 2000;
@@ -476,7 +473,7 @@ Kept errors_inside(const CameraModel& truth, const CameraModel& believed, double
   for (int i = 0; i < kViews; ++i) {
     const SE3 cam_T_tag = testing::random_view(random, kOrdinary);
     const TagDetection seen = with_noise(see_tag(truth, cam_T_tag).value(), noise_px, random);
-    const auto pose = estimate_tag_pose(seen, kTagSize, believed, {.corner_sigma_px = claim_px});
+    const auto pose = estimate_tag_pose(seen, kTagSize, assumed, {.corner_sigma_px = claim_px});
     EXPECT_TRUE(pose);
     if (!pose) break;
     const TagPoseSolution& found = nearest(*pose, cam_T_tag);
