@@ -9,6 +9,7 @@
 
 #include "waymark/families/family.hpp"
 #include "waymark/tags/detector/tag_reader.hpp"
+#include "waymark/tags/refinement/curved_border.hpp"
 
 namespace waymark::search {
 namespace {
@@ -240,6 +241,20 @@ bool BitGrid::correct(const ReadableFamily& family, bool with_border, Quad& quad
   return true;
 }
 
+namespace {
+
+/// Moves the corners to the intersections of the border's sides if these are curved and the bits agree with
+/// the curves. The corners of a bent tag must not be extrapolated from its bits.
+bool follow_curves(const ImageView& image, bool inverted, TagDetection& tag) {
+  const refinement::PrintedTag print{tag.tag, inverted};
+  const auto border = refinement::follow_border(image, print, tag.corners_px);
+  if (!border || !refinement::bits_on_sheet(image, print, *border).confirm_curves()) return false;
+  tag.corners_px = border->corners_px;
+  return true;
+}
+
+}  // namespace
+
 bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family, bool inverted,
                             TagDetection& tag) {
   constexpr float kMaxShiftCells = 0.3F;    // maximum shift of a corner [cell]
@@ -257,6 +272,7 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   float farthest = 0;
   for (std::size_t i = 0; i < 4; ++i) farthest = std::max(farthest, (moved[i] - quad[i]).norm());
   if (farthest < std::max(kMaxShiftPx, kMaxShiftCells * cell_px)) return true;
+  if (follow_curves(image, inverted, tag)) return true;
   for (const bool with_border : {false, false, true, true}) {
     measure(image, moved, family, sign);
     if (!correct(family, with_border, moved) || !(area(moved) > 0)) return false;
