@@ -259,6 +259,7 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
                             TagDetection& tag) {
   constexpr float kMaxShiftCells = 0.3F;    // maximum shift of a corner [cell]
   constexpr float kMaxShiftPx = 0.75F;      // or in pixels
+  constexpr float kMayBeCurved = 0.4F;      // share of that shift above which the sides may be curved
   constexpr float kSharp = 0.2F;            // in cells; a step nearer than this counts as in place
   constexpr float kMinShareInPlace = 0.7F;  // minimum share of the weight of all steps
   Quad quad;
@@ -271,8 +272,9 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   if (!correct(family, false, moved)) return false;
   float farthest = 0;
   for (std::size_t i = 0; i < 4; ++i) farthest = std::max(farthest, (moved[i] - quad[i]).norm());
-  if (farthest < std::max(kMaxShiftPx, kMaxShiftCells * cell_px)) return true;
-  if (follow_curves(image, inverted, tag)) return true;
+  const float allowed = std::max(kMaxShiftPx, kMaxShiftCells * cell_px);
+  if (farthest >= kMayBeCurved * allowed && follow_curves(image, inverted, tag)) return true;
+  if (farthest < allowed) return true;
   for (const bool with_border : {false, false, true, true}) {
     measure(image, moved, family, sign);
     if (!correct(family, with_border, moved) || !(area(moved) > 0)) return false;

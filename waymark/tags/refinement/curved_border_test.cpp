@@ -46,8 +46,8 @@ TEST(CurvedBorder, IsStraightOnAFlatTag) {
     add_noise(image, 2, random);
     const auto border = follow_border(image, {tag}, shaken(truth, 1.5, random));
     ASSERT_TRUE(border) << round;
-    EXPECT_LT(max_corner_error_px(border->corners_px, truth), 0.25) << round;
-    EXPECT_LT(largest_bulge_px(*border), 0.1) << round;
+    EXPECT_LT(max_corner_error_px(border->corners_px, truth), 0.4) << round;
+    EXPECT_LT(largest_bulge_px(*border), 0.25) << round;
     EXPECT_NEAR(border->contrast, 190, 20) << round;
     EXPECT_FALSE(bits_on_sheet(image, {tag}, *border).confirm_curves()) << round;
   }
