@@ -189,7 +189,7 @@ void BitGrid::measure(const ImageView& image, const Quad& quad, const ReadableFa
     if (weight < kLeastWeight) return;
     const bool outer = axis == 0 ? x == 0 || x == w : y == 0 || y == w;
     steps_.push_back({axis == 0 ? edge : along, axis == 0 ? along : edge, axis,
-                      moment / weight * kApart - kReach, std::sqrt(weight), outer});
+                      moment / weight * kApart - kReach, std::sqrt(weight), outer, rises});
   };
   for (int k = 0; k < w; ++k) {
     for (int edge = 0; edge <= w; ++edge) {
@@ -199,45 +199,105 @@ void BitGrid::measure(const ImageView& image, const Quad& quad, const ReadableFa
   }
 }
 
-/// One Gauss-Newton step for a small homography, with Tukey weights.
-bool BitGrid::correct(const ReadableFamily& family, bool with_border, Quad& quad) const {
-  constexpr float kBeyond = 0.3F;  // in cells; steps farther away have no weight
-  using Vector8 = Eigen::Matrix<float, 8, 1>;
-  Eigen::Matrix<float, 8, 8> normal = Eigen::Matrix<float, 8, 8>::Identity() * 1e-3F;
-  Vector8 right = Vector8::Zero();
-  const float half = 0.5F * static_cast<float>(family.width);
-  const auto row = [&](int axis, float u, float v) {
-    Vector8 r = Vector8::Zero();
-    if (axis == 0) {
-      r << 1, u, v, 0, 0, 0, u * u, u * v;
-    } else {
-      r << 0, 0, 0, 1, u, v, u * v, v * v;
-    }
-    return r;
-  };
-  for (const Step& step : steps_) {
-    if (step.outer && !with_border) continue;
-    const float far = step.outer ? step.offset / kBeyond : 0;
-    if (std::abs(far) >= 1) continue;
-    const float weight = step.weight * (1 - far * far) * (1 - far * far);
-    const Vector8 r = row(step.axis, step.u / half - 1, step.v / half - 1);
-    normal += weight * r * r.transpose();
-    right += weight * step.offset * r;
+namespace {
+
+using Vector8 = Eigen::Matrix<float, 8, 1>;
+
+/// Derivatives of a displacement along an axis with respect to a small homography.
+Vector8 displacement(int axis, float u, float v) {
+  Vector8 r = Vector8::Zero();
+  if (axis == 0) {
+    r << 1, u, v, 0, 0, 0, u * u, u * v;
+  } else {
+    r << 0, 0, 0, 1, u, v, u * v, v * v;
   }
-  const Vector8 x = normal.ldlt().solve(right);
+  return r;
+}
+
+/// Moves the corners of a quad by a small homography. Returns false if the result is not finite.
+bool move_corners(int width, const Vector8& x, Quad& quad) {
   if (!x.allFinite()) return false;
   Eigen::Matrix3f px_H_cell;
-  if (!homography(quad, family.width, px_H_cell)) return false;
+  if (!homography(quad, width, px_H_cell)) return false;
+  const float half = 0.5F * static_cast<float>(width);
   const std::array<Eigen::Vector2f, 4> corner = {Eigen::Vector2f(-1, -1), Eigen::Vector2f(1, -1),
                                                  Eigen::Vector2f(1, 1), Eigen::Vector2f(-1, 1)};
   for (std::size_t i = 0; i < 4; ++i) {
     const float u = corner.at(i).x();
     const float v = corner.at(i).y();
-    const Eigen::Vector3f p = px_H_cell * Eigen::Vector3f(half * (1 + u) + row(0, u, v).dot(x),
-                                                          half * (1 + v) + row(1, u, v).dot(x), 1);
+    const Eigen::Vector3f p = px_H_cell * Eigen::Vector3f(half * (1 + u) + displacement(0, u, v).dot(x),
+                                                          half * (1 + v) + displacement(1, u, v).dot(x), 1);
     quad[i] = p.head<2>() / p.z();
     if (!quad[i].allFinite()) return false;
   }
+  return true;
+}
+
+}  // namespace
+
+/// One Gauss-Newton step for a small homography, with Tukey weights.
+bool BitGrid::correct(const ReadableFamily& family, bool with_border, Quad& quad) const {
+  constexpr float kBeyond = 0.3F;  // in cells; steps farther away have no weight
+  Eigen::Matrix<float, 8, 8> normal = Eigen::Matrix<float, 8, 8>::Identity() * 1e-3F;
+  Vector8 right = Vector8::Zero();
+  const float half = 0.5F * static_cast<float>(family.width);
+  for (const Step& step : steps_) {
+    if (step.outer && !with_border) continue;
+    const float far = step.outer ? step.offset / kBeyond : 0;
+    if (std::abs(far) >= 1) continue;
+    const float weight = step.weight * (1 - far * far) * (1 - far * far);
+    const Vector8 r = displacement(step.axis, step.u / half - 1, step.v / half - 1);
+    normal += weight * r * r.transpose();
+    right += weight * step.offset * r;
+  }
+  return move_corners(family.width, normal.ldlt().solve(right), quad);
+}
+
+/// One step for a small homography and the spread of white [cell], which moves the steps where white begins
+/// and those where it ends in opposite directions. `spread` receives the latter.
+bool BitGrid::correct_with_spread(const ReadableFamily& family, float& spread, Quad& quad) const {
+  using Vector9 = Eigen::Matrix<float, 9, 1>;
+  Eigen::Matrix<float, 9, 9> normal = Eigen::Matrix<float, 9, 9>::Identity() * 1e-3F;
+  Vector9 right = Vector9::Zero();
+  const float half = 0.5F * static_cast<float>(family.width);
+  for (const Step& step : steps_) {
+    Vector9 r;
+    r << displacement(step.axis, step.u / half - 1, step.v / half - 1), step.rises ? -1.0F : 1.0F;
+    normal += step.weight * r * r.transpose();
+    right += step.weight * step.offset * r;
+  }
+  const Vector9 x = normal.ldlt().solve(right);
+  spread = x[8];
+  return move_corners(family.width, x.head<8>(), quad);
+}
+
+bool BitGrid::align_overexposed(const ImageView& image, const ReadableFamily& family, bool inverted,
+                                TagDetection& tag) {
+  constexpr int kRounds = 4;
+  constexpr float kMinSpreadPx = 0.5F;
+  constexpr float kMaxSpreadCells = 0.45F;  // the steps are searched for within 0.44 cells
+  constexpr float kSharp = 0.2F;            // as for other tags
+  constexpr float kMinShareInPlace = 0.7F;
+  Quad quad;
+  for (std::size_t i = 0; i < 4; ++i) quad[i] = tag.corners_px[i].cast<float>();
+  const float sign = sign_of(family, inverted);
+  color(family, tag.tag.number);
+  float spread = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    measure(image, quad, family, sign);
+    if (!correct_with_spread(family, spread, quad) || !(area(quad) > 0)) return false;
+  }
+  const float cell_px = std::sqrt(area(quad)) / static_cast<float>(family.width);
+  if (spread * cell_px < kMinSpreadPx || spread > kMaxSpreadCells) return false;
+  measure(image, quad, family, sign);
+  float near = 0;
+  float all = 0;
+  for (const Step& step : steps_) {
+    all += step.weight;
+    near += std::abs(step.offset + (step.rises ? spread : -spread)) < kSharp ? step.weight : 0;
+  }
+  if (near < kMinShareInPlace * all) return false;
+  for (std::size_t i = 0; i < 4; ++i) tag.corners_px[i] = quad[i].cast<double>();
   return true;
 }
 

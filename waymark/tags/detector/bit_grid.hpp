@@ -42,6 +42,13 @@ class BitGrid {
   [[nodiscard]] bool align_corners(const ImageView& image, const ReadableFamily& family, bool inverted,
                                    TagDetection& tag);
 
+  /// The same for a tag whose white is beyond the range of the image and therefore spreads over the rims of
+  /// the black cells. The spread is estimated from the steps, so that the corners are those of the print and
+  /// not of its visible border. Returns false, and leaves the tag unchanged, if white spreads by less than
+  /// half a pixel or the steps do not lie near the cell boundaries of any quad.
+  [[nodiscard]] bool align_overexposed(const ImageView& image, const ReadableFamily& family, bool inverted,
+                                       TagDetection& tag);
+
  private:
   /// Position of a step between two cells, measured along one direction.
   struct Step {
@@ -50,11 +57,13 @@ class BitGrid {
     float offset = 0;    ///< [cell] from the expected position
     float weight = 0;
     bool outer = false;  ///< whether the step is on a side of the border
+    bool rises = false;  ///< whether the far side of the step is the brighter one
   };
 
   void color(const ReadableFamily& family, int number);
   void measure(const ImageView& image, const Quad& quad, const ReadableFamily& family, float sign);
   bool correct(const ReadableFamily& family, bool with_border, Quad& quad) const;
+  bool correct_with_spread(const ReadableFamily& family, float& spread, Quad& quad) const;
 
   std::vector<std::uint8_t> high_;  ///< one per cell of a print, row by row: 1 or 0; 2 if undetermined
   std::vector<Step> steps_;

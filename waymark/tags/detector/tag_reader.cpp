@@ -382,12 +382,11 @@ void TagReader::sample_inside(const ImageView& image, const ReadableFamily& fami
   }
 }
 
-std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& quad,
-                                            const ReadableFamily& family, bool inverted,
-                                            ReadProgress& progress) {
+std::optional<TagReader::Levels> TagReader::see_border(const ImageView& image, const Quad& quad,
+                                                       const ReadableFamily& family, bool inverted,
+                                                       ReadProgress& progress) {
   constexpr int kMinSteps = 5;        // out of 8
   constexpr float kPairStep = 0.25F;  // share of the contrast
-  constexpr std::array<float, 3> kSharpening = {0.25F, 0.8F, 0};
   progress = {};
   if (!place(quad, family, inverted)) return std::nullopt;
   if (steps_outwards(image, family) < kMinSteps) return std::nullopt;  // rejects most quads that are not tags
@@ -399,6 +398,16 @@ std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& 
   progress.border_seen = seen >= 3 * family.width || progress.sides_seen >= 3;
   if (!progress.border_seen) return std::nullopt;
   sample_inside(image, family);
+  return levels;
+}
+
+std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& quad,
+                                            const ReadableFamily& family, bool inverted,
+                                            ReadProgress& progress) {
+  constexpr std::array<float, 3> kSharpening = {0.25F, 0.8F, 0};
+  const std::optional<Levels> seen = see_border(image, quad, family, inverted, progress);
+  if (!seen) return std::nullopt;
+  const Levels& levels = *seen;
   std::optional<TagDetection> best;
   for (const float amount : kSharpening) {
     sharpen(family, levels, amount);
@@ -410,6 +419,22 @@ std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& 
   if (!best && progress.changes >= kMinChanges) best = decode_known(quad, family, levels);
   if (!best && progress.changes >= kMinChanges) best = decode_in_shadow(quad, family);
   return best;
+}
+
+std::optional<TagDetection> TagReader::read_overexposed(const ImageView& image, const Quad& quad,
+                                                        const ReadableFamily& family, bool inverted) {
+  constexpr std::array<float, 2> kSharpening = {0.25F, 0.8F};
+  constexpr float kShare = 0.85F;  // of the range, from dark to bright
+  ReadProgress progress;
+  const std::optional<Levels> levels = see_border(image, quad, family, inverted, progress);
+  if (!levels) return std::nullopt;
+  for (const float amount : kSharpening) {
+    sharpen(family, *levels, amount, sign_ > 0 ? kShare : 1 - kShare);
+    if (changes_inside(family) < kMinChanges) continue;
+    const std::optional<TagDetection> found = decode(quad, family);
+    if (found && found->hamming == 0) return found;
+  }
+  return std::nullopt;
 }
 
 std::optional<TagDetection> TagReader::read_covered(const ImageView& image, const Quad& quad,
@@ -448,12 +473,12 @@ TagDetection turned(const Quad& quad, std::size_t turn, const TagId& tag, int ha
 }  // namespace
 
 /// Computes the distances of the cells from the threshold, after moving the level of each cell away from the
-/// mean of its neighbours.
-void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, float amount) {
+/// mean of its neighbours. The threshold is at a `share` of the way from the border to its surroundings.
+void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, float amount, float share) {
   const int side = side_of(family);
   const float middle = 0.5F * static_cast<float>(side - 1);
   Plane mean{};
-  for (std::size_t i = 0; i < 3; ++i) mean[i] = 0.5F * (levels.border[i] + levels.around[i]);
+  for (std::size_t i = 0; i < 3; ++i) mean[i] = (1 - share) * levels.border[i] + share * levels.around[i];
   const auto at = [side](int x, int y) {
     const int index = y * side + x;
     return static_cast<std::size_t>(index);

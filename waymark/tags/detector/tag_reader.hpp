@@ -187,6 +187,11 @@ class TagReader {
   std::optional<TagDetection> read(const ImageView& image, const Quad& quad, const ReadableFamily& family,
                                    bool inverted, ReadProgress& progress);
 
+  /// The same for a tag whose white is beyond the range of the image, so that black cells are brightened by
+  /// their neighbours and the threshold is near the brighter level. All bits must be correct.
+  std::optional<TagDetection> read_overexposed(const ImageView& image, const Quad& quad,
+                                               const ReadableFamily& family, bool inverted);
+
   /// The same for a tag whose side after corner `covered` of the quad is occluded. The levels are computed
   /// from the other three sides, which must be visible, and are assumed to be constant.
   std::optional<TagDetection> read_covered(const ImageView& image, const Quad& quad,
@@ -204,6 +209,9 @@ class TagReader {
   /// Of eight pairs of cells, two on each side, the number that have the contrast of a border.
   [[nodiscard]] int steps_outwards(const ImageView& image, const ReadableFamily& family) const;
   bool place(const Quad& quad, const ReadableFamily& family, bool inverted);
+  /// The levels of a quad that has the border of this family, after sampling all cells.
+  std::optional<Levels> see_border(const ImageView& image, const Quad& quad, const ReadableFamily& family,
+                                   bool inverted, ReadProgress& progress);
   Levels sample_border(const ImageView& image, const ReadableFamily& family);
   /// For each side, starting at the first corner of the quad, the number of its cells that differ from those
   /// outside.
@@ -211,7 +219,7 @@ class TagReader {
   [[nodiscard]] Levels levels_beside(const ReadableFamily& family, std::size_t covered) const;
   [[nodiscard]] int changes_inside(const ReadableFamily& family) const;
   void sample_inside(const ImageView& image, const ReadableFamily& family);
-  void sharpen(const ReadableFamily& family, const Levels& levels, float amount);
+  void sharpen(const ReadableFamily& family, const Levels& levels, float amount, float share = 0.5F);
   std::optional<TagDetection> decode(const Quad& quad, const ReadableFamily& family);
   /// The known tag for which the levels provide the most evidence; empty if even that is insufficient.
   std::optional<TagDetection> decode_known(const Quad& quad, const ReadableFamily& family,

@@ -154,7 +154,7 @@ void TagSearch::search_component(const ImageView& image, Polarity polarity, cons
   attempt.cell_px = std::sqrt(area(attempt.outline)) / static_cast<float>(least_width_);
   attempt.sign = polarity == Polarity::Dark ? 1 : -1;
   attempt.reach_px = std::clamp(0.9F * attempt.cell_px, 1.0F, kMaxReachPx);
-  if (read_outline(image, attempt)) return;
+  if (read_outline(image, attempt) || read_overexposed(image, attempt)) return;
   // An object that touches a side of the border and extends beyond it shifts the outline by up to a cell.
   const int height = component.y1 - component.y0;
   if (attempt.cell_px < kLargeCell || component.run_count < kRunsARow * height) return;
@@ -235,8 +235,41 @@ bool TagSearch::read_covered(const ImageView& image, const Quad& quad) {
   return false;
 }
 
+/// Whether the image is saturated near all corners.
+bool TagSearch::overexposed(const std::array<Eigen::Vector2d, 4>& corners_px) const {
+  constexpr int kSaturated = 254;
+  return std::ranges::all_of(corners_px, [&](const Eigen::Vector2d& corner) {
+    const int column = std::clamp(static_cast<int>(corner.x()) / kTilePx, 0, tiles_.columns - 1);
+    const int row = std::clamp(static_cast<int>(corner.y()) / kTilePx, 0, tiles_.rows - 1);
+    return tiles_.window_high[at(row * tiles_.columns + column)] >= kSaturated;
+  });
+}
+
+/// White far beyond the range of the image spreads over the rims of black cells, so the visible border lies
+/// inside the printed one by about the width of the blur.
+bool TagSearch::read_overexposed(const ImageView& image, const Attempt& attempt) {
+  constexpr std::array<float, 3> kSpreadPx = {1.2F, 1.8F, 0.6F};
+  std::array<Eigen::Vector2d, 4> corners_px;
+  for (std::size_t i = 0; i < 4; ++i) corners_px[i] = attempt.outline[i].cast<double>();
+  if (!overexposed(corners_px)) return false;
+  for (const float spread_px : kSpreadPx) {
+    const Quad quad = grown(attempt.outline, 1.414F * spread_px * static_cast<float>(attempt.sign));
+    for (const Wanted& wanted : wanted_) {
+      auto tag = reader_.read_overexposed(image, quad, *wanted.family, wanted.inverted);
+      if (!tag || !grid_.align_overexposed(image, *wanted.family, wanted.inverted, *tag)) continue;
+      found_.push_back(*tag);
+      return true;
+    }
+  }
+  return false;
+}
+
 /// Rejects a tag whose bits do not agree with its corners.
 bool TagSearch::keep(const ImageView& image, const Wanted& wanted, TagDetection tag) {
+  if (overexposed(tag.corners_px) && grid_.align_overexposed(image, *wanted.family, wanted.inverted, tag)) {
+    found_.push_back(tag);
+    return true;
+  }
   if (!grid_.align_corners(image, *wanted.family, wanted.inverted, tag)) return false;
   found_.push_back(tag);
   return true;

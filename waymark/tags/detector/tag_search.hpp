@@ -118,6 +118,8 @@ class TagSearch {
   bool read_covered(const ImageView& image, const Quad& quad);
   bool keep(const ImageView& image, const Wanted& wanted, TagDetection tag);
   bool read_varied(const ImageView& image, const Attempt& attempt);
+  bool read_overexposed(const ImageView& image, const Attempt& attempt);
+  [[nodiscard]] bool overexposed(const std::array<Eigen::Vector2d, 4>& corners_px) const;
   [[nodiscard]] bool may_be_frame(const ImageView& image, const Component& component) const;
   [[nodiscard]] bool known(const Quad& quad) const;
 
