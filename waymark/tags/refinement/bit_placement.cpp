@@ -61,6 +61,37 @@ EdgesByInner edges_by_place(const InnerVector& x, double outwards) {
   return J;
 }
 
+/// How a tag is placed: whether its white may be far beyond the range of the image, and the prior standard
+/// deviation of its corners.
+struct Placing {
+  bool saturated = false;
+  double place_px = 0.7;
+};
+
+/// The level of the darkest pixel: that of black, if white spreads over most of the black cells.
+double darkest(const InnerPixels& pixels) {
+  double least = 255;
+  for (int i = 0; i < pixels.count; ++i)
+    least = std::min(
+        least, static_cast<double>(pixels.block[static_cast<std::size_t>(i / kLanes)].value[i % kLanes]));
+  return least;
+}
+
+/// The prior of the levels, and of the place relative to the current corners.
+InnerPrior prior_of(const InnerPixels& pixels, const std::array<Level, 2>& level,
+                    const std::array<double, 4>& bend_px, const RefinementOptions& options,
+                    const Placing& placing) {
+  const InnerSigmas sigmas{.level = 0.3,
+                           .slope = 0.05,
+                           .log_blur = placing.saturated ? 0.6 : 0.4,
+                           .place_blurs = placing.place_px / options.blur_px,
+                           .bend_blurs = std::ranges::max(bend_px) / options.blur_px};
+  const double black = placing.saturated ? darkest(pixels) : level[0].mean();
+  const double step = level[1].mean() - black;
+  return placing.saturated ? saturated_prior(black, step, std::log(options.blur_px), sigmas)
+                           : inner_prior(black, step, std::log(options.blur_px), sigmas);
+}
+
 /// The fit to the bits for one set of corners.
 struct Look {
   InnerEstimate estimate;
@@ -70,8 +101,7 @@ struct Look {
 
 std::optional<Look> look_at(const ImageView& image, const TagDetection& at, const PrintedTag& print,
                             const RefinementOptions& options, const CameraModel* camera,
-                            InnerPixels& pixels) {
-  constexpr double kPlacePx = 0.7;  // prior standard deviation of the corners
+                            const Placing& placing, const std::optional<Look>& before, InnerPixels& pixels) {
   const Family& printed = family(at.tag.family);
   TagBands tag;
   tag.edges = edge_frames(at.corners_px, printed.width_at_border);
@@ -82,18 +112,17 @@ std::optional<Look> look_at(const ImageView& image, const TagDetection& at, cons
   TagEstimate
       even;  // edges curve only as the camera model predicts; slopes of the levels model uneven illumination
   for (EdgeVector& edge : even.edges) edge.setZero();
+  pixels.skew_matters = placing.saturated;
   read_inner_pixels(image, print, tag, even, InnerPixels::kPlacementPixels, pixels);
   const std::array<Level, 2> level = levels(pixels);
   if (level[0].count < kInnerUnknowns || level[1].count < kInnerUnknowns) return std::nullopt;
   const double step = level[1].mean() - level[0].mean();
   if (step < options.min_contrast) return std::nullopt;
-  const InnerPrior prior = inner_prior(level[0].mean(), step, std::log(options.blur_px),
-                                       {.level = 0.3,
-                                        .slope = 0.05,
-                                        .log_blur = 0.4,
-                                        .place_blurs = kPlacePx / options.blur_px,
-                                        .bend_blurs = std::ranges::max(bend_px) / options.blur_px});
-  const InnerFit fit = fit_inner<kInnerUnknowns>(pixels, prior, 1.0, print.outwards());
+  const InnerPrior prior = prior_of(pixels, level, bend_px, options, placing);
+  // The levels of saturated white take many iterations, so they continue from the last corners.
+  InnerVector start = prior.mean;
+  if (placing.saturated && before) start.head<kShiftS>() = before->estimate.mean.head<kShiftS>();
+  const InnerFit fit = fit_inner<kInnerUnknowns>(pixels, prior, start, 1.0, print.outwards());
   if (!fit.estimate.mean.allFinite()) return std::nullopt;
   return Look{averaged(fit, prior), fit.variance, intersection(tag.edges)};
 }
@@ -115,24 +144,33 @@ double farthest_px(const Quad& a, const Quad& b) {
 
 }  // namespace
 
-std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDetection& detection,
-                                            const PrintedTag& print, const RefinementOptions& options,
-                                            const CameraModel* camera) {
+namespace {
+
+std::optional<RefinedCorners> place(const ImageView& image, const TagDetection& detection,
+                                    const PrintedTag& print, const RefinementOptions& options,
+                                    const CameraModel* camera, const Placing& placing) {
   constexpr int kMaxPasses = 6;
   constexpr double kMaxResidual = 0.04;   // relative to the step; exceeded if gloss covers bits too
   constexpr double kMaxShiftCells = 0.4;  // beyond half a cell, the wrong bits would be read
+  constexpr double kSpreadPx = 1.5;       // by which saturated white covers the border
+  constexpr double kRange = 255;
   const double outwards = print.outwards();
   // Includes the border: three rows of three bits are too few for this number of unknowns.
   constexpr int kMinCells = 6;
   if (family(detection.tag.family).width_at_border < kMinCells) return std::nullopt;
   const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
-  const double farthest = std::max(options.max_shift_px, kMaxShiftCells * cell_px);
+  const double farthest =
+      std::max(options.max_shift_px, kMaxShiftCells * cell_px) + (placing.saturated ? kSpreadPx : 0.0);
   InnerPixels pixels;
   TagDetection at = detection;
+  std::optional<Look> look;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
-    const auto look = look_at(image, at, print, options, camera, pixels);
+    look = look_at(image, at, print, options, camera, placing, look, pixels);
     if (!look) return std::nullopt;
-    const double residual = std::sqrt(look->variance) / look->estimate.mean[kWhite];
+    const double step = placing.saturated
+                            ? std::min(look->estimate.mean[kWhite], kRange - look->estimate.mean[kBlack])
+                            : look->estimate.mean[kWhite];
+    const double residual = std::sqrt(look->variance) / step;
     const EdgesByInner J = edges_by_place(look->estimate.mean, outwards);
     const Eigen::Matrix<double, 8, 1> moved = look->corners_by_edges * (J * look->estimate.mean);
     if (!moved.allFinite()) return std::nullopt;
@@ -148,12 +186,26 @@ std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDet
                           .corners_px = at.corners_px,
                           .covariance_px2 = covariance,
                           .blur_px = mean_blur_px(look->estimate.mean),
-                          .contrast = outwards * look->estimate.mean[kWhite],
+                          .contrast = outwards * step,
                           .noise = std::sqrt(look->variance),
                           .pixels = pixels.count,
                           .by_bits = true};
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<RefinedCorners> place_by_bits(const ImageView& image, const TagDetection& detection,
+                                            const PrintedTag& print, const RefinementOptions& options,
+                                            const CameraModel* camera) {
+  if (print.saturated) {
+    constexpr double kPlacePx = 1.5;
+    const auto placed =
+        place(image, detection, print, options, camera, {.saturated = true, .place_px = kPlacePx});
+    if (placed) return placed;
+  }
+  return place(image, detection, print, options, camera, {});
 }
 
 }  // namespace waymark::refinement

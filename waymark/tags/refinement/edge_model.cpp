@@ -229,22 +229,28 @@ Eigen::Matrix3d homography_of_unit_square(const Quad& quad) {
 }
 
 PrintedTag printed_tag(const ImageView& image, const TagId& id, const Quad& corners_px) {
+  constexpr double kSaturatedShare = 0.8;
   const Family& table = family(id.family);
   const std::uint64_t code = table.codes[static_cast<std::size_t>(id.number)];
   const Eigen::Matrix3d px_H_unit = homography_of_unit_square(corners_px);
   std::array<double, 2> sum{};
   std::array<int, 2> count{};
+  std::array<int, 2> saturated{};
   for (std::size_t bit = 0; bit < table.bits.size(); ++bit) {
     const Eigen::Vector3d unit((table.bits[bit].x + 0.5) / table.width_at_border,
                                (table.bits[bit].y + 0.5) / table.width_at_border, 1);
     const Vector2d px = (px_H_unit * unit).hnormalized();
     if (!px.allFinite()) continue;
     const std::size_t white = (code >> (table.bits.size() - 1 - bit)) & 1U;
-    sum[white] += sample_bilinear(image, px.x(), px.y());
+    const double level = sample_bilinear(image, px.x(), px.y());
+    sum[white] += level;
     ++count[white];
+    saturated[white] += level >= kBrightest ? 1 : 0;
   }
   const bool known = count[0] > 0 && count[1] > 0;
-  return {id, known && sum[1] / count[1] < sum[0] / count[0]};
+  const bool inverted = known && sum[1] / count[1] < sum[0] / count[0];
+  const std::size_t brighter = inverted ? 0 : 1;
+  return {id, inverted, known && saturated[brighter] >= kSaturatedShare * count[brighter]};
 }
 
 std::array<EdgeFrame, 4> edge_frames(const Quad& corners_px, int cells) {

@@ -44,6 +44,8 @@ using Quad = std::array<Eigen::Vector2d, 4>;
 struct PrintedTag {
   TagId id;
   bool inverted = false;
+  /// Whether nearly all cells of the brighter colour are saturated, so that its level is unknown.
+  bool saturated = false;
 
   /// Whether the border is brighter than the cells next to it.
   [[nodiscard]] bool bright_border() const { return family(id.family).reversed_border != inverted; }

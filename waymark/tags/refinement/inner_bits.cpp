@@ -28,18 +28,22 @@ constexpr double kRimCells = 0.6;  ///< pixels nearer to the border edges are le
 struct Place {
   std::array<double, 2> cell{};         ///< u and v
   std::array<double, 2> px_per_cell{};  ///< across the lines u = const and v = const
+  double skew = 0;                      ///< cosine of the angle between the normals of these lines
 };
 
 Place locate(const Eigen::Matrix3d& cell_H_px, const Vector2d& px) {
   const Eigen::Vector3d h = cell_H_px * px.homogeneous();
   Place place;
+  std::array<Eigen::RowVector2d, 2> normal;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto row = static_cast<Eigen::Index>(axis);
     place.cell[axis] = h[row] / h[2];
     const Eigen::RowVector2d slope =
         cell_H_px.block<1, 2>(row, 0) - place.cell[axis] * cell_H_px.block<1, 2>(2, 0);
     place.px_per_cell[axis] = std::abs(h[2]) / slope.norm();
+    normal[axis] = slope / slope.norm();
   }
+  place.skew = normal[0].dot(normal[1]);
   return place;
 }
 
@@ -116,6 +120,7 @@ bool put(const BitCells& pattern, const Place& place, int cells, int lane, Inner
       block.white[row][column][lane] = white;
     }
   }
+  block.skew[lane] = static_cast<float>(place.skew);
   block.s[lane] = static_cast<float>(along(place.cell[0], cells));
   block.t[lane] = static_cast<float>(along(place.cell[1], cells));
   return true;
@@ -157,7 +162,7 @@ void read_inner_pixels(const ImageView& image, const PrintedTag& print, const Ta
     const auto repeat = [lane](Lanes& lanes) {
       lanes[lane] = lanes[0];
     };  // have weight 0, but must be finite
-    for (Lanes* lanes : {&last.value, &last.s, &last.t}) repeat(*lanes);
+    for (Lanes* lanes : {&last.value, &last.s, &last.t, &last.skew}) repeat(*lanes);
     std::ranges::for_each(last.px_per_cell, repeat);
     for (auto& axis : last.past_px) std::ranges::for_each(axis, repeat);
     for (auto& axis : last.place) std::ranges::for_each(axis, repeat);
@@ -259,12 +264,24 @@ std::array<Offset, 2> offsets(const InnerPixels::Block& block, const InnerVector
   }
 }
 
+/// Change in the share of white because columns and rows are not orthogonal, so that the displacements of a
+/// blurred point across them are correlated (first order of the bivariate normal distribution).
+Lanes by_skew(const InnerPixels::Block& block, const std::array<std::array<Lanes, 3>, 2>& density) {
+  Lanes sum = Lanes::Zero();
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t column = 0; column < 3; ++column)
+      sum += density[1][row] * density[0][column] *
+             (block.white[row][column] - block.white[row][column + 1] - block.white[row + 1][column] +
+              block.white[row + 1][column + 1]);
+  return block.skew * sum;
+}
+
 /// Accurate to second order for a small growth and exact otherwise; accurate to first order in the shift. A
 /// border with rotated edges (`keystone`) has the wrong perspective, which displaces its middle by the same
 /// amount.
 template <int Unknowns>
 Share share_of_white(const InnerPixels::Block& block, const InnerVector& x, float outwards,
-                     const std::array<double, 2>& keystone) {
+                     const std::array<double, 2>& keystone, bool skew_matters) {
   const auto growth = static_cast<float>(x[kGrowth]);
   std::array<std::array<Lanes, 3>, 2> z;
   std::array<std::array<Lanes, 3>, 2> density;
@@ -291,6 +308,7 @@ Share share_of_white(const InnerPixels::Block& block, const InnerVector& x, floa
   for (std::size_t row = 0; row < 4; ++row)
     for (std::size_t column = 0; column < 4; ++column)
       white += part[1][row] * part[0][column] * block.white[row][column];
+  if (skew_matters) white += by_skew(block, density);
   const Across s = across(block, 0, part[1], z[0], density[0], outwards, growth);
   const Across t = across(block, 1, part[0], z[1], density[1], outwards, growth);
   return {white + s.growth + t.growth, s.grown + t.grown,          {s.blurred, t.blurred},
@@ -319,7 +337,8 @@ InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outward
   const auto of = [&x](InnerUnknown i) { return static_cast<float>(x[i]); };
   for (std::size_t b = 0; b < pixels.blocks(); ++b) {
     const InnerPixels::Block& block = pixels.block[b];
-    const Share share = share_of_white<Unknowns>(block, x, static_cast<float>(outwards), keystone);
+    const Share share =
+        share_of_white<Unknowns>(block, x, static_cast<float>(outwards), keystone, pixels.skew_matters);
     const Lanes step = of(kWhite) + of(kWhiteS) * block.s + of(kWhiteT) * block.t;
     const Lanes predicted = of(kBlack) + of(kBlackS) * block.s + of(kBlackT) * block.t + step * share.white;
     const Lanes residual = block.value - predicted;
@@ -416,6 +435,17 @@ InnerPrior inner_prior(double black, double step, double log_blur, const InnerSi
   return prior;
 }
 
+InnerPrior saturated_prior(double black, double step, double log_blur, const InnerSigmas& sigmas) {
+  constexpr double kBeyond = 3;  // expected step, in visible steps
+  InnerPrior prior = inner_prior(black, step, log_blur, sigmas);
+  prior.mean[kWhite] = kBeyond * step;
+  prior.sigma[kWhite] = kBeyond * step;
+  prior.sigma[kWhiteS] = prior.sigma[kWhiteT] = sigmas.slope * kBeyond * step;
+  prior.blur_range = 1.0;
+  prior.iterations = 10;
+  return prior;
+}
+
 template <int Unknowns>
 InnerEstimate gauss_newton(const InnerSums& sums, double variance, const InnerPrior& prior,
                            const InnerVector& precision, const InnerVector& x) {
@@ -431,35 +461,46 @@ InnerEstimate gauss_newton(const InnerSums& sums, double variance, const InnerPr
 }
 
 template <int Unknowns>
-InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, double noise_variance,
-                   double outwards) {
-  constexpr int kMaxIterations = 3;
+InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, const InnerVector& start,
+                   double noise_variance, double outwards) {
   constexpr int kMoreIterations = 8;  // needed for a large growth, as in an overexposed print
   constexpr double kSlowGrowth = 0.3;
   constexpr double kMaxGrowth = 2.5;
   constexpr double kToleranceBlurs = 0.02;
   constexpr double kQuantisation = 1.0 / 12.0;
   constexpr double kPriorPixels = 20;
-  InnerFit fit{{prior.mean, InnerMatrix::Zero()}, noise_variance, {}, prior.mean};
+  constexpr double kWhiteTolerance = 0.01;
+  constexpr double kWhiteFactor = 8;
+  constexpr int kFewIterations = 3;  // white is known well enough
+  InnerFit fit{{start, InnerMatrix::Zero()}, noise_variance, {}, start};
   InnerVector& x = fit.estimate.mean;
-  for (int i = 0; i < (std::abs(x[kGrowth]) > kSlowGrowth ? kMoreIterations : kMaxIterations); ++i) {
+  const auto most = [&] {
+    return std::max(prior.iterations, std::abs(x[kGrowth]) > kSlowGrowth ? kMoreIterations : 0);
+  };
+  for (int i = 0; i < most(); ++i) {
     fit.at = x;
     fit.sums = sum_up<Unknowns>(pixels, x, outwards, i == 0 ? 1e6 : 3 * std::sqrt(fit.variance));
     fit.variance = std::max(kQuantisation, (fit.sums.cost + kPriorPixels * noise_variance) /
                                                std::max(1.0, fit.sums.pixels + kPriorPixels - Unknowns));
     fit.estimate = gauss_newton<Unknowns>(fit.sums, fit.variance, prior, prior.precision(), x);
     for (const InnerUnknown blur : {kBlurS, kBlurT})
-      x[blur] = std::clamp(x[blur], prior.mean[blur] - 0.5, prior.mean[blur] + 0.5);
+      x[blur] = std::clamp(x[blur], prior.mean[blur] - prior.blur_range, prior.mean[blur] + prior.blur_range);
     x[kGrowth] = std::clamp(x[kGrowth], -kMaxGrowth, kMaxGrowth);
-    if (i > 0 && std::abs(x[kGrowth] - fit.at[kGrowth]) < kToleranceBlurs) break;
+    if (prior.iterations > kFewIterations)
+      x[kWhite] = std::clamp(x[kWhite], prior.mean[kWhite] / kWhiteFactor, prior.mean[kWhite] * kWhiteFactor);
+    const bool white_settled = prior.iterations <= kFewIterations ||
+                               std::abs(x[kWhite] - fit.at[kWhite]) < kWhiteTolerance * x[kWhite];
+    if (i > 0 && white_settled && std::abs(x[kGrowth] - fit.at[kGrowth]) < kToleranceBlurs) break;
   }
   return fit;
 }
 
 template InnerEstimate gauss_newton<kUnknownsOnBorder>(const InnerSums&, double, const InnerPrior&,
                                                        const InnerVector&, const InnerVector&);
-template InnerFit fit_inner<kUnknownsOnBorder>(const InnerPixels&, const InnerPrior&, double, double);
-template InnerFit fit_inner<kInnerUnknowns>(const InnerPixels&, const InnerPrior&, double, double);
+template InnerFit fit_inner<kUnknownsOnBorder>(const InnerPixels&, const InnerPrior&, const InnerVector&,
+                                               double, double);
+template InnerFit fit_inner<kInnerUnknowns>(const InnerPixels&, const InnerPrior&, const InnerVector&, double,
+                                            double);
 
 double growth_sigma_px(const InnerVector& x) {
   constexpr double kShare = 0.06;
@@ -554,7 +595,8 @@ EdgeCorrection inner_correction(const ImageView& image, const PrintedTag& print,
   InnerPixels pixels;
   read_inner_pixels(image, print, tag, estimate, InnerPixels::kCorrectionPixels, pixels);
   const InnerPrior prior = prior_of(estimate, reversed);
-  const InnerFit all = fit_inner<kUnknownsOnBorder>(pixels, prior, estimate.noise_variance, outwards);
+  const InnerFit all =
+      fit_inner<kUnknownsOnBorder>(pixels, prior, prior.mean, estimate.noise_variance, outwards);
   EdgeCorrection correction;
   if (!all.estimate.mean.allFinite()) return correction;
   correction.worst_sigmas = contradiction(all, prior);

@@ -27,11 +27,15 @@ struct InnerPixels {
         past_px;                                ///< distance beyond the three nearest column (row) boundaries
     std::array<Lanes, 2> px_per_cell;           ///< across columns and rows
     std::array<std::array<Lanes, 3>, 2> place;  ///< positions of those boundaries, from -1 to 1
+    Lanes skew;  ///< cosine of the angle between the normals of columns and rows
     std::array<std::array<Lanes, 4>, 4>
         white;  ///< share of white in the cells around each pixel, as rows by columns
   };
   std::array<Block, kMaxBlocks> block;
   int count = 0;  ///< number of pixels
+  /// Whether the model includes the effect of the skew on the corners of cells. It is a few thousandths of
+  /// the step, which matters only if the step is several times the range of the image.
+  bool skew_matters = false;
 
   [[nodiscard]] std::size_t blocks() const { return static_cast<std::size_t>((count + kLanes - 1) / kLanes); }
 };
@@ -99,6 +103,8 @@ extern template InnerSums sum_up<kInnerUnknowns>(const InnerPixels&, const Inner
 struct InnerPrior {
   InnerVector mean = InnerVector::Zero();
   InnerVector sigma = InnerVector::Ones();
+  double blur_range = 0.5;  ///< maximum deviation of ln(blur) from its mean
+  int iterations = 3;       ///< maximum number, if white grows little
 
   [[nodiscard]] InnerVector precision() const { return sigma.array().square().inverse(); }
 };
@@ -112,6 +118,11 @@ struct InnerSigmas {
   double bend_blurs = 0;  ///< curvature and stretch across the tag due to an unknown lens
 };
 [[nodiscard]] InnerPrior inner_prior(double black, double step, double log_blur, const InnerSigmas& sigmas);
+
+/// The prior for a print whose white is saturated: it may be far beyond the range of the image, by which its
+/// blurred edges move. `step` is the visible step.
+[[nodiscard]] InnerPrior saturated_prior(double black, double step, double log_blur,
+                                         const InnerSigmas& sigmas);
 
 /// An estimate of the unknowns with its covariance.
 struct InnerEstimate {
@@ -133,15 +144,18 @@ template <int Unknowns>
 [[nodiscard]] InnerEstimate gauss_newton(const InnerSums& sums, double variance, const InnerPrior& prior,
                                          const InnerVector& precision, const InnerVector& x);
 
-/// Iterates the step. `noise_variance` is the variance of a pixel, estimated elsewhere [grey level^2].
+/// Iterates the step, from `start`. `noise_variance` is the variance of a pixel, estimated elsewhere [grey
+/// level^2].
 template <int Unknowns>
-[[nodiscard]] InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, double noise_variance,
-                                 double outwards);
+[[nodiscard]] InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, const InnerVector& start,
+                                 double noise_variance, double outwards);
 
 extern template InnerEstimate gauss_newton<kUnknownsOnBorder>(const InnerSums&, double, const InnerPrior&,
                                                               const InnerVector&, const InnerVector&);
-extern template InnerFit fit_inner<kUnknownsOnBorder>(const InnerPixels&, const InnerPrior&, double, double);
-extern template InnerFit fit_inner<kInnerUnknowns>(const InnerPixels&, const InnerPrior&, double, double);
+extern template InnerFit fit_inner<kUnknownsOnBorder>(const InnerPixels&, const InnerPrior&,
+                                                      const InnerVector&, double, double);
+extern template InnerFit fit_inner<kInnerUnknowns>(const InnerPixels&, const InnerPrior&, const InnerVector&,
+                                                   double, double);
 
 /// An estimate of the edges that includes model errors. It is the mean over the models with and without
 /// growth of white and slopes of the levels, weighted by their probabilities (Hoeting et al., "Bayesian model
