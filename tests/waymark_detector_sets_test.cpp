@@ -1,6 +1,7 @@
 // The project's own detector compared with AprilTag 3 on the first images of the rendered sets, and on the
 // clean set.
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -8,13 +9,16 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/corner_table.hpp"
 #include "tests/support/data.hpp"
 #include "tests/support/degraded_tags.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/evaluation/detections.hpp"
 #include "waymark/tags/make_detector.hpp"
+#include "waymark/tags/refinement/corner_refinement.hpp"
 
 namespace waymark {
 namespace {
@@ -67,7 +71,8 @@ class RenderedSet : public ::testing::TestWithParam<Expected> {};
 INSTANTIATE_TEST_SUITE_P(Sets, RenderedSet,
                          ::testing::Values(Expected{"mixed", 10, 0.55}, Expected{"single", 6, 0.7},
                                            Expected{"grid", 2, 0.95}, Expected{"shadow", 2, 0.9},
-                                           Expected{"bar", 2, 0.7}, Expected{"inverted", 1, 0.9}),
+                                           Expected{"bar", 2, 0.7}, Expected{"inverted", 1, 0.9},
+                                           Expected{"overexposed", 3, 0.9}),
                          [](const auto& of) { return std::string(of.param.set); });
 
 TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoFalsePositives) {
@@ -80,6 +85,54 @@ TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoFalsePositives) {
             expected.least_share * static_cast<double>(scored.own.truth));
   EXPECT_GT(scored.own.correct, scored.library.correct);
   EXPECT_EQ(scored.own.wrong_ids + scored.own.false_positives, 0U) << "includes tags with wrong corners";
+}
+
+/// The corners of one detector's tags before and after the refinement.
+struct FoundCorners {
+  testing::CornerLine corners;
+  std::size_t refined = 0;
+  std::size_t truth = 0;
+};
+
+FoundCorners refined_corners(const Detector& detector, double white, std::size_t images, std::uint64_t seed) {
+  FoundCorners found;
+  const std::size_t first = white < 700 ? 0 : white < 1000 ? 1 : 2;
+  for (std::size_t i = 0; i < images; ++i) {
+    const testing::TagImage photo = testing::tag_image("overexposed", 3 * i + first, seed);
+    const auto tags = detector.detect(photo.image).value();
+    found.truth += photo.truth.size();
+    for (const MatchedPair& pair : match_detections(tags, photo.truth).correct) {
+      const TagDetection& tag = tags[pair.detection];
+      const RefinedCorners result = refine_corners(photo.image, tag);
+      found.refined += result.refined() ? 1 : 0;
+      found.corners.add(photo.truth[pair.truth].corners_px, tag.corners_px, result.corners_px,
+                        result.covariance_px2);
+    }
+  }
+  found.corners.print(fmt::format("white {}, {}", white, found.truth));
+  return found;
+}
+
+class Overexposed : public ::testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(Whites, Overexposed, ::testing::Values(600, 800, 1200));
+
+TEST_P(Overexposed, TagsAreFoundAndTheirCornersAreConsistent) {
+  const double white = GetParam();
+  constexpr std::size_t kImages = 2;
+  testing::CornerLine::print_header();
+  const auto own = make_detector(two_bits("waymark")).value();
+  const auto library = make_detector(two_bits("apriltag3")).value();
+  const FoundCorners ours = refined_corners(*own, white, kImages, testing::kSecondSetSeed);
+  const FoundCorners theirs = refined_corners(*library, white, kImages, testing::kSecondSetSeed);
+  std::cout << ours.refined << " of " << ours.corners.tags() << " refined, seed " << testing::kSecondSetSeed
+            << "\n";
+  EXPECT_GE(ours.corners.tags(), theirs.corners.tags());
+  EXPECT_LT(ours.corners.rmse_before_px(), theirs.corners.rmse_before_px());
+  EXPECT_LT(ours.corners.rmse_px(), 0.5);
+  EXPECT_GT(ours.corners.nees_tag(), 0.5);
+  EXPECT_LT(ours.corners.nees_tag(), 2.0);
+  // The refinement also corrects the corners of the other detector, which are those of the visible border.
+  EXPECT_LT(theirs.corners.rmse_px(), 0.5);
 }
 
 /// The known tags are those of the image, and as many that are not in it.
@@ -117,6 +170,23 @@ TEST(TagFreeImages, HaveNoTags) {
   for (std::size_t i = 0; i < 4; ++i)
     EXPECT_TRUE(with_known_tags->detect(testing::tag_free_image(i)).value().empty())
         << i << ", 50 tags known";
+}
+
+/// Brighter than the range of the image over about half of it.
+TEST(TagFreeImages, HaveNoTagsIfOverexposed) {
+  const auto detector = make_detector(two_bits("waymark")).value();
+  constexpr std::size_t kImages = 4;
+  for (std::size_t i = 0; i < kImages; ++i) {
+    Image image = testing::tag_free_image(i, testing::kSecondSetSeed);
+    const int gain = 2 + 2 * static_cast<int>(i % 3);
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) {
+        std::uint8_t& pixel = image.row(y)[x];
+        pixel = static_cast<std::uint8_t>(std::clamp(60 + gain * (pixel - 90), 0, 255));
+      }
+    }
+    EXPECT_TRUE(detector->detect(image).value().empty()) << i;
+  }
 }
 
 TEST(CleanSet, IsAtLeastAprilTag3InEachClassOfSizeAndTilt) {

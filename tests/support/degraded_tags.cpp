@@ -53,6 +53,7 @@ struct Print {
   Eigen::Vector2d glare_at{0, 0};
   double glare_radius = 1;
   bool corner_squares = false;
+  int samples = 5;  ///< of a pixel, along each axis
 };
 
 double power_law(Random& random, double low, double high) {  // density ~ r^-3, as sizes in natural images
@@ -165,7 +166,7 @@ double level_at(const Family& family, const std::vector<std::uint8_t>& cells, co
 }
 
 void paint(Canvas& canvas, const TrueTag& truth, const Print& print) {
-  constexpr int kGrid = 5;
+  const int grid = print.samples;
   const Family& kind = family(truth.tag.family);
   const std::vector<std::uint8_t> cells = bitmap(truth.tag);
   const double side = kind.width_at_border;
@@ -186,15 +187,15 @@ void paint(Canvas& canvas, const TrueTag& truth, const Print& print) {
          x < std::min(kWidth, static_cast<int>(high.x()) + 2); ++x) {
       double sum = 0;
       const double behind = canvas.at(x, y);
-      for (int i = 0; i < kGrid; ++i) {
-        for (int j = 0; j < kGrid; ++j) {
+      for (int i = 0; i < grid; ++i) {
+        for (int j = 0; j < grid; ++j) {
           const Eigen::Vector3d p =
-              cell_H_px * Eigen::Vector3d(x + (i + 0.5) / kGrid, y + (j + 0.5) / kGrid, 1);
+              cell_H_px * Eigen::Vector3d(x + (i + 0.5) / grid, y + (j + 0.5) / grid, 1);
           const double level = level_at(kind, cells, print, p.x() / p.z(), p.y() / p.z());
           sum += level < 0 ? behind : level;
         }
       }
-      canvas.at(x, y) = static_cast<float>(sum / (kGrid * kGrid));
+      canvas.at(x, y) = static_cast<float>(sum / (grid * grid));
     }
   }
 }
@@ -441,6 +442,24 @@ TagImage grid(Random& random) {
   return photo;
 }
 
+/// Paper that is much brighter than the range of the image, behind a lens with a wide blur.
+TagImage overexposed(std::size_t index, Random& random) {
+  constexpr std::array<double, 3> kWhites = {600, 800, 1200};
+  Canvas canvas = clutter(random);
+  Print print;
+  print.black = 60;
+  print.white = kWhites.at(index % kWhites.size());
+  print.samples = 16;  // with 5, errors of the edges would exceed the noise
+  TagImage photo;
+  photo.name = fmt::format("overexposed {}", print.white);
+  photo.truth = scatter(canvas, {40, 70, 45}, kTagsPerImage, random, [&] { return print; });
+  Look look;
+  look.blur_px = 1.2;
+  look.noise = 1.5;
+  photo.image = developed(canvas, look, random);
+  return photo;
+}
+
 Random stream(std::string_view set, std::size_t index, std::uint64_t seed) {
   std::uint64_t hash = 14695981039346656037U ^ seed;
   for (const char letter : set) hash = (hash ^ static_cast<std::uint8_t>(letter)) * 1099511628211U;
@@ -450,8 +469,9 @@ Random stream(std::string_view set, std::size_t index, std::uint64_t seed) {
 }  // namespace
 
 const std::vector<TagSet>& tag_sets() {
-  static const std::vector<TagSet> sets = {{"mixed", 40}, {"single", 84}, {"grid", 8},    {"shadow", 8},
-                                           {"bar", 8},    {"margin", 8},  {"inverted", 8}};
+  static const std::vector<TagSet> sets = {{"mixed", 40},   {"single", 84},     {"grid", 8},
+                                           {"shadow", 8},   {"bar", 8},         {"margin", 8},
+                                           {"inverted", 8}, {"overexposed", 12}};
   return sets;
 }
 
@@ -460,6 +480,7 @@ TagImage tag_image(std::string_view set, std::size_t index, std::uint64_t seed) 
   if (set == "mixed") return mixed(random);
   if (set == "single") return single(index, random);
   if (set == "grid") return grid(random);
+  if (set == "overexposed") return overexposed(index, random);
   return special(set, random);
 }
 

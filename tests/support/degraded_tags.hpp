@@ -31,6 +31,7 @@ inline constexpr std::uint64_t kSecondSetSeed = 7;
 /// - "single": one degradation at a time (blur, noise, motion, low contrast, occlusion, glare); 20 to 100 px.
 /// - "grid": boards whose corners are joined by black squares;
 /// - "shadow": the edge of a shadow across each tag; "bar": a dark or bright bar over one border;
+/// - "overexposed": white at 600, 800 and 1200 grey levels by turns, clipped at 255;
 /// - "margin": paper cut a quarter of a cell outside the border; "inverted": white and black swapped.
 struct TagSet {
   std::string_view name;
