@@ -1,5 +1,7 @@
 #include "waymark/samples/tag_detection.hpp"
 
+#include <vector>
+
 #include <gtest/gtest.h>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -32,6 +34,20 @@ TEST(Corners, CenterOfAQuadWithoutAreaIsItsMean) {
 
 TEST(Corners, SideOfARectangle) {
   EXPECT_DOUBLE_EQ(mean_side_px({Eigen::Vector2d(0, 0), {4, 0}, {4, 2}, {0, 2}}), 3);
+}
+
+TEST(Corners, AreUsableUnlessMarkedAsUnreliable) {
+  std::vector<TagDetection> tags(3);
+  tags[1].tag.number = 7;
+  tags[1].corner_state = CornerState::Unreliable;
+  EXPECT_TRUE(usable_corners(tags[0]));
+  EXPECT_TRUE(check_usable_corners(tags[0]));
+  EXPECT_FALSE(usable_corners(tags[1]));
+  EXPECT_EQ(count_unreliable(tags), 1U);
+  const Status status = check_usable_corners(tags[1]);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::InvalidArgument);
+  EXPECT_EQ(status.error().place.key, "tag36h11:7");
 }
 
 }  // namespace

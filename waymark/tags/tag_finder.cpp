@@ -80,6 +80,7 @@ void refine_all(const ImageView& image, const TagFinder& finder, const CameraMod
     const RefinedCorners refined = refine(image, finder, camera, detection);
     detection.corners_px = refined.corners_px;
     detection.corner_covariance_px2 = refined.covariance_px2;
+    detection.corner_state = refined.state;
     found.refinements.push_back(refined.outcome);
   }
 }

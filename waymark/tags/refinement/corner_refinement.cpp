@@ -119,7 +119,9 @@ RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool
                           RefinedCorners& result) {
   constexpr double kContradictionSigmas = 4;
   constexpr double kAgreementSigmas = 2.5;
-  if (!(inner.worst_sigmas < kContradictionSigmas)) return RefinementOutcome::PoorFit;
+  const bool contradicted = !(inner.worst_sigmas < kContradictionSigmas);
+  result.state = contradicted ? CornerState::Unreliable : CornerState::Measured;
+  if (contradicted) return RefinementOutcome::PoorFit;
   const Eigen::Matrix<double, 8, 8> J = intersection(tag.edges);
   const Eigen::Matrix<double, 8, 1> moved = J * inner.outwards_px;
   for (std::size_t k = 0; k < 4; ++k)
@@ -267,6 +269,7 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
   if (result.refined()) return result;
   RefinedCorners kept;
   kept.outcome = result.outcome;
+  kept.state = result.outcome == RefinementOutcome::MovedTooFar ? CornerState::Unreliable : result.state;
   kept.corners_px = detection.corners_px;
   kept.covariance_px2 = unrefined_sigma_px * unrefined_sigma_px * CornerCovariance::Identity();
   return kept;
