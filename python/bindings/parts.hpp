@@ -211,7 +211,7 @@ template <class T>
 concept HasParts = requires(const T& value) { parts(value, [](const auto&...) {}); };
 
 constexpr FaultKind last_of(FaultKind) { return FaultKind::BatterySag; }
-constexpr RejectReason last_of(RejectReason) { return RejectReason::Outlier; }
+constexpr RejectReason last_of(RejectReason) { return RejectReason::UnreliableCorners; }
 constexpr ReplayState last_of(ReplayState) { return ReplayState::Incomplete; }
 
 /// A value to be filled: default-constructed, or with a placeholder camera for types that need one.

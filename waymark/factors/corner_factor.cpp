@@ -26,6 +26,8 @@ void whiten(const CornerCovariance& W, Eigen::Matrix<double, 8, 6>& J) {
 }  // namespace
 
 Result<CornerFactor> corner_factor(const TagDetection& detection, double size_m, double default_sigma_px) {
+  if (const Status status = check_usable_corners(detection); !status)
+    return tl::unexpected<Error>(status.error());
   CornerFactor factor{.corners_px = detection.corners_px, .size_m = size_m};
   for (const Eigen::Vector2d& corner : factor.corners_px) {
     if (!corner.allFinite())

@@ -23,7 +23,8 @@ struct CornerFactor {
 };
 
 /// Makes a factor from a detection, with `default_sigma_px` if the detection has no covariance. Fails on
-/// non-finite corners, a size that is not positive, or a covariance that is not positive definite.
+/// unreliable or non-finite corners, a size that is not positive, or a covariance that is not positive
+/// definite.
 [[nodiscard]] Result<CornerFactor> corner_factor(const TagDetection& detection, double size_m,
                                                  double default_sigma_px);
 

@@ -142,6 +142,10 @@ TEST(CornerFactor, HasNoResidualBehindTheCamera) {
 TEST(CornerFactor, RejectsInvalidMeasurements) {
   TagDetection detection;
   EXPECT_FALSE(corner_factor(detection, -1, 0.2));
+  EXPECT_TRUE(corner_factor(detection, 0.1, 0.2));
+  detection.corner_state = CornerState::Unreliable;
+  EXPECT_FALSE(corner_factor(detection, 0.1, 0.2));
+  detection.corner_state = CornerState::Measured;
   detection.corner_covariance_px2 = -CornerCovariance::Identity();
   EXPECT_FALSE(corner_factor(detection, 0.1, 0.2));
   detection.corner_covariance_px2.reset();

@@ -504,6 +504,11 @@ std::optional<Candidate> prepare(std::size_t detection, Detections detections, c
     rejected.add(detection, RejectReason::BadMapEntry, fmt::format("{}: {}", to_string(seen.tag), problem));
     return std::nullopt;
   }
+  if (const Status status = check_usable_corners(seen); !status) {
+    rejected.add(detection, RejectReason::UnreliableCorners,
+                 fmt::format("{}: {}", to_string(seen.tag), status.error().message));
+    return std::nullopt;
+  }
   const auto starts = internal::starting_poses(seen, mapped->size_m, camera);
   const auto whitening = internal::whitening_of(seen, options.corner_sigma_px);
   if (!starts || !whitening) {
@@ -603,6 +608,8 @@ const char* to_string(RejectReason reason) {
       return "not_visible";
     case RejectReason::Outlier:
       return "outlier";
+    case RejectReason::UnreliableCorners:
+      return "unreliable_corners";
   }
   return "";
 }

@@ -73,6 +73,7 @@ enum class RejectReason : std::uint8_t {
   BadDetection,            ///< the corners are not an image of a square, or the covariance is invalid
   NotVisible,  ///< given the estimated pose, the tag is behind the camera or outside the field of the lens
   Outlier,     ///< the tag is inconsistent with the pose obtained from the others, or fits no pose at all
+  UnreliableCorners,  ///< the corners are marked as unreliable (CornerState)
 };
 
 [[nodiscard]] const char* to_string(RejectReason reason);

@@ -270,6 +270,25 @@ TEST(MultiTagPose, OneBadCornerRejectsItsTag) {
   EXPECT_EQ(pose.rejected[0].tag, id(3));
 }
 
+// Their residuals would pass the gates, so only the mark excludes them.
+TEST(MultiTagPose, UnreliableCornersAreNotUsed) {
+  Random random(17);
+  const MappedView scene = random_scene(random, 4);
+  MappedView marked = scene;
+  marked.seen[2].corner_state = CornerState::Unreliable;
+  MappedView without = scene;
+  without.seen.erase(without.seen.begin() + 2);
+  const MultiTagPose pose = estimate(marked);
+  ASSERT_TRUE(pose.usable());
+  EXPECT_THAT(pose.estimates[0].detections, ElementsAre(0, 1, 3));
+  EXPECT_THAT(pose.estimates[0].map_T_cam, SE3Near(estimate(without).estimates.at(0).map_T_cam, 1e-12, 1e-12));
+  ASSERT_EQ(pose.rejected.size(), 1U);
+  EXPECT_EQ(pose.rejected[0].reason, RejectReason::UnreliableCorners);
+  EXPECT_EQ(pose.rejected[0].detection, 2U);
+  EXPECT_STREQ(to_string(pose.rejected[0].reason), "unreliable_corners");
+  testing::expect_on_page("pose", pose.rejected[0].message);
+}
+
 TEST(MultiTagPose, BadDetectionsAndMapEntriesAreRejected) {
   Random random(16);
   MappedView scene = random_scene(random, 8);

@@ -117,6 +117,8 @@ Result<std::array<SE3, 2>> starting_poses(const TagDetection& detection, double 
     return invalid(detection, fmt::format("{} m is not a valid tag size", size_m),
                    "Pass the side of the black square in metres, measured where black meets white.");
   }
+  if (const Status status = check_usable_corners(detection); !status)
+    return tl::unexpected<Error>(status.error());
   const Result<Corners3> bearings = bearings_of(detection, camera);
   if (!bearings) return tl::unexpected<Error>(bearings.error());
   const SquarePoses poses = square_poses(*bearings, size_m);

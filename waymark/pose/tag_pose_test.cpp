@@ -293,6 +293,9 @@ TEST(TagPose, RejectsInvalidDetections) {
   TagDetection no_covariance = good;
   no_covariance.corner_covariance_px2 = -CornerCovariance::Identity();
   cases.push_back({no_covariance, 1, "covariance"});
+  TagDetection unreliable = good;
+  unreliable.corner_state = CornerState::Unreliable;
+  cases.push_back({unreliable, 1, "unreliable"});
   for (const Case& c : cases) {
     const auto pose = estimate_tag_pose(c.seen, c.size_m, camera);
     ASSERT_FALSE(pose) << c.text;

@@ -13,7 +13,7 @@ TargetMarks target_marks(std::span<const TagDetection> detections, const TagMap&
   TargetMarks marks;
   for (const TagDetection& detection : detections) {
     const MappedTag* tag = target.find(detection.tag);
-    if (tag == nullptr) continue;
+    if (tag == nullptr || !usable_corners(detection)) continue;
     TargetMark mark{.key = kNumbers * static_cast<std::int64_t>(detection.tag.family) + detection.tag.number};
     for (const Eigen::Vector3d& corner : tag_corners(tag->size_m))
       mark.target_points_m.emplace_back(tag->map_T_tag * corner);

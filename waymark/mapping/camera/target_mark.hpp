@@ -25,7 +25,7 @@ struct TargetMark {
 /// The marks of one image.
 using TargetMarks = std::vector<TargetMark>;
 
-/// The tags in an image that belong to the target.
+/// The tags in an image that belong to the target and have usable corners.
 [[nodiscard]] TargetMarks target_marks(std::span<const TagDetection> detections, const TagMap& target);
 /// The corners of a board in an image; `places_m` is the result of board_corners().
 [[nodiscard]] TargetMarks target_marks(std::span<const BoardCorner> corners,

@@ -46,6 +46,8 @@ TEST(TargetMarks, ContainTheTargetTagsWithTheirCorners) {
   EXPECT_EQ(marks[0].covariance_px2.size(), 0) << "the covariance is unknown";
   seen.corner_covariance_px2 = CornerCovariance(0.01 * CornerCovariance::Identity());
   EXPECT_EQ(target_marks(std::vector{seen}, target)[0].covariance_px2.rows(), 8);
+  seen.corner_state = CornerState::Unreliable;
+  EXPECT_TRUE(target_marks(std::vector{seen}, target).empty());
 }
 
 TEST(TargetMarks, TheSameNumberInTwoFamiliesGivesTwoMarks) {
