@@ -32,7 +32,8 @@ constexpr std::array kTypes = {ros2::AprilTagDetectionArray::kType,
                                ros2::RangeBearing::kType,
                                ros2::TagPoseArray::kType,
                                ros2::CameraInfo::kType,
-                               ros2::TFMessage::kType};
+                               ros2::TFMessage::kType,
+                               ros2::UnreliableTags::kType};
 
 /// A decoded message encodes to bytes that decode to the same message.
 template <class Message>
@@ -61,6 +62,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   (void)add_fact(setup.facts, "/x", type, cdr);
   choose(setup);
   through<ros2::AprilTagDetectionArray>(cdr);
+  through<ros2::UnreliableTags>(cdr);
   through<ros2::MarkerArray>(cdr);
   through<ros2::DiagnosticArray>(cdr);
   through<ros2::Path>(cdr);

@@ -20,7 +20,10 @@ TagFrame tags() {
   tag.corners_px = {Eigen::Vector2d(10, 20), Eigen::Vector2d(30, 20), Eigen::Vector2d(30, 40),
                     Eigen::Vector2d(10, 40)};
   tag.corner_covariance_px2 = CornerCovariance::Identity() * 0.01;
-  return {.stamp = at_ms(20), .detections = {tag}};
+  TagDetection unreliable = tag;
+  unreliable.tag.number = 8;
+  unreliable.corner_state = CornerState::Unreliable;
+  return {.stamp = at_ms(20), .detections = {tag, unreliable}};
 }
 
 Status add_samples(SampleRecorder& recorder) {

@@ -24,7 +24,7 @@ REPLAY_TYPES = TYPES | {"geometry_msgs/msg/PoseWithCovarianceStamped", "diagnost
 ALL_TYPES = REPLAY_TYPES | {
     "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/Joy",
     "nav_msgs/msg/Path", "geometry_msgs/msg/Twist", "visualization_msgs/msg/MarkerArray", "diagnostic_msgs/msg/DiagnosticArray",
-    "waymark_msgs/msg/RangeBearing", "waymark_msgs/msg/TagPoseArray"}
+    "waymark_msgs/msg/RangeBearing", "waymark_msgs/msg/TagPoseArray", "waymark_msgs/msg/UnreliableTags"}
 
 
 def main():

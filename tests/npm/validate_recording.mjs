@@ -50,6 +50,7 @@ const meaning = {
   "diagnostic_msgs/msg/DiagnosticArray": (m) => check(m.status.length > 0 && m.status.every((s) => s.name && s.values.every((v) => v.key !== "" && typeof v.value === "string")), "a diagnosis"),
   "waymark_msgs/msg/RangeBearing": (m) => check(m.landmark === 17n && m.range_m === 3.25, "a landmark"),
   "waymark_msgs/msg/TagPoseArray": (m) => check(m.tags[0].id === 11 && m.tags[0].pose.position.z === 1, "a tag's pose"),
+  "waymark_msgs/msg/UnreliableTags": (m) => check(m.index[0] === 1 && m.detections[0].id === 8 && m.covariance_px2.length === 64, "an unreliable tag"),
   "waymark_msgs/msg/TagCornerCovariances": (m) => check(m.covariance_px2.length === 64 * m.id.length, "8 x 8 a tag"),
 };
 

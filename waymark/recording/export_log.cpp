@@ -415,6 +415,7 @@ struct RowWriter {
   }
   Status operator()(const TagFrame& s) const {
     for (const TagDetection& d : s.detections) {
+      if (!usable_corners(d)) continue;  // a table has no column for the state
       const auto& c = d.corners_px;
       Status status = counted(lines.add("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", t_ns(s.stamp), s.camera,
                                         to_string(d.tag), d.hamming, d.decision_margin, c[0].x(), c[0].y(),

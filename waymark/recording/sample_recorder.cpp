@@ -65,11 +65,22 @@ Status SampleRecorder::add_tags(const TagFrame& frame) {
           add_message(topic_of_camera(frame.camera, topics::kTags), frame.stamp, ros2::to_ros(frame));
       !status)
     return status;
-  const bool known = std::ranges::any_of(frame.detections,
-                                         [](const auto& d) { return d.corner_covariance_px2.has_value(); });
-  if (!known) return {};
-  return add_message(topic_of_camera(frame.camera, topics::kTagCovariances), frame.stamp,
-                     ros2::covariances_to_ros(frame));
+  const bool known = std::ranges::any_of(frame.detections, [](const TagDetection& tag) {
+    return usable_corners(tag) && tag.corner_covariance_px2.has_value();
+  });
+  if (known) {
+    if (Status status = add_message(topic_of_camera(frame.camera, topics::kTagCovariances), frame.stamp,
+                                    ros2::covariances_to_ros(frame));
+        !status)
+      return status;
+  }
+  return add_unreliable_tags(frame);
+}
+
+Status SampleRecorder::add_unreliable_tags(const TagFrame& frame) {
+  if (count_unreliable(frame.detections) == 0) return {};
+  return add_message(topic_of_camera(frame.camera, topics::kUnreliableTags), frame.stamp,
+                     ros2::unreliable_to_ros(frame));
 }
 
 Status SampleRecorder::add_waiting_cameras(SensorTime stamp) {

@@ -18,6 +18,7 @@ namespace waymark {
 namespace topics {
 inline constexpr const char* kTags = "/tag_detections";
 inline constexpr const char* kTagCovariances = "/tag_corner_covariances";
+inline constexpr const char* kUnreliableTags = "/unreliable_tags";
 inline constexpr const char* kTagPoses = "/tag_poses";
 inline constexpr const char* kImage = "/image_raw";
 inline constexpr const char* kScan = "/scan";
@@ -74,6 +75,7 @@ class SampleRecorder {
   Status add_waiting_cameras(SensorTime stamp);
   [[nodiscard]] Duration arrival_delay_of_image(SensorTime stamp) const;
   Status add_tags(const TagFrame& frame);
+  Status add_unreliable_tags(const TagFrame& frame);
   explicit SampleRecorder(mcap::Writer writer) : writer_(std::move(writer)) {}
   Status write(const std::string& topic, std::string_view type, SensorTime stamp, const Bytes& data);
 
@@ -90,8 +92,8 @@ class SampleRecorder {
 
 namespace waymark::topics {
 
-// The topic for each kind of sample. Tags have two topics, because the corner covariances of a TagFrame are
-// recorded separately.
+// The topic for each kind of sample. Tags have up to three topics, because the corner covariances and the
+// tags with unreliable corners of a TagFrame are recorded separately.
 [[nodiscard]] inline const char* of(const TagFrame& /**/) { return kTags; }
 [[nodiscard]] inline const char* of(const Odometry& /**/) { return kOdometry; }
 [[nodiscard]] inline const char* of(const WheelTicks& /**/) { return kWheels; }

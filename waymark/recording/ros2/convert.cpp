@@ -186,32 +186,72 @@ PoseStamped to_ros(const TruthPose& truth) {
   return {header(truth.stamp, kMapFrame), to_ros(truth.map_T_base)};
 }
 
+namespace {
+
+AprilTagDetection message_of(const TagDetection& detection) {
+  AprilTagDetection out;
+  out.family = to_string(detection.tag.family);
+  out.id = detection.tag.number;
+  out.hamming = detection.hamming;
+  out.decision_margin = static_cast<float>(detection.decision_margin);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d& corner = detection.corners_px[3 - i];
+    out.corners[i] = {corner.x() - kHalfPixel, corner.y() - kHalfPixel};
+  }
+  set_homography(out);
+  return out;
+}
+
+Result<TagDetection> detection_of(const AprilTagDetection& in) {
+  // Older recorders leave the family empty; all of them used tag36h11.
+  const Result<FamilyId> family = parse_family(in.family.empty() ? "tag36h11" : in.family);
+  if (!family) return tl::unexpected(family.error());
+  TagDetection detection{
+      .tag = {*family, in.id}, .hamming = in.hamming, .decision_margin = in.decision_margin};
+  for (std::size_t i = 0; i < 4; ++i) {
+    detection.corners_px[3 - i] = Eigen::Vector2d(in.corners[i].x + kHalfPixel, in.corners[i].y + kHalfPixel);
+  }
+  return detection;
+}
+
+/// Unknown covariances are all zero, a value that no detector produces.
+void append_covariance(const TagDetection& detection, std::vector<double>& numbers) {
+  const CornerCovariance covariance = detection.corner_covariance_px2.value_or(CornerCovariance::Zero());
+  numbers.insert(numbers.end(), covariance.data(), covariance.data() + covariance.size());
+}
+
+void take_covariance(const std::vector<double>& numbers, std::size_t entry, TagDetection& detection) {
+  const CornerCovariance covariance = Eigen::Map<const CornerCovariance>(numbers.data() + 64 * entry);
+  if (!covariance.isZero(0)) detection.corner_covariance_px2 = covariance;
+}
+
+}  // namespace
+
 AprilTagDetectionArray to_ros(const TagFrame& frame) {
   AprilTagDetectionArray message{.header = header(frame.stamp, camera_frame(frame.camera))};
-  for (const TagDetection& detection : frame.detections) {
-    AprilTagDetection out;
-    out.family = to_string(detection.tag.family);
-    out.id = detection.tag.number;
-    out.hamming = detection.hamming;
-    out.decision_margin = static_cast<float>(detection.decision_margin);
-    for (std::size_t i = 0; i < 4; ++i) {
-      const Eigen::Vector2d& corner = detection.corners_px[3 - i];
-      out.corners[i] = {corner.x() - kHalfPixel, corner.y() - kHalfPixel};
-    }
-    set_homography(out);
-    message.detections.push_back(out);
-  }
+  for (const TagDetection& detection : frame.detections)
+    if (usable_corners(detection)) message.detections.push_back(message_of(detection));
   return message;
 }
 
 TagCornerCovariances covariances_to_ros(const TagFrame& frame) {
   TagCornerCovariances message{.header = header(frame.stamp, camera_frame(frame.camera))};
   for (const TagDetection& detection : frame.detections) {
+    if (!usable_corners(detection)) continue;
     message.id.push_back(detection.tag.number);
-    // Unknown covariances are all zero, a value that no detector produces.
-    const CornerCovariance covariance = detection.corner_covariance_px2.value_or(CornerCovariance::Zero());
-    message.covariance_px2.insert(message.covariance_px2.end(), covariance.data(),
-                                  covariance.data() + covariance.size());
+    append_covariance(detection, message.covariance_px2);
+  }
+  return message;
+}
+
+UnreliableTags unreliable_to_ros(const TagFrame& frame) {
+  UnreliableTags message{.header = header(frame.stamp, camera_frame(frame.camera))};
+  for (std::size_t i = 0; i < frame.detections.size(); ++i) {
+    const TagDetection& detection = frame.detections[i];
+    if (usable_corners(detection)) continue;
+    message.index.push_back(static_cast<std::int32_t>(i));
+    message.detections.push_back(message_of(detection));
+    append_covariance(detection, message.covariance_px2);
   }
   return message;
 }
@@ -219,16 +259,9 @@ TagCornerCovariances covariances_to_ros(const TagFrame& frame) {
 Result<TagFrame> from_ros(const AprilTagDetectionArray& message) {
   TagFrame frame{.stamp = from_ros(message.header.stamp), .camera = camera_of_frame(message.header.frame_id)};
   for (const AprilTagDetection& in : message.detections) {
-    // Older recorders leave the family empty; all of them used tag36h11.
-    const Result<FamilyId> family = parse_family(in.family.empty() ? "tag36h11" : in.family);
-    if (!family) return tl::unexpected(family.error());
-    TagDetection detection{
-        .tag = {*family, in.id}, .hamming = in.hamming, .decision_margin = in.decision_margin};
-    for (std::size_t i = 0; i < 4; ++i) {
-      detection.corners_px[3 - i] =
-          Eigen::Vector2d(in.corners[i].x + kHalfPixel, in.corners[i].y + kHalfPixel);
-    }
-    frame.detections.push_back(detection);
+    Result<TagDetection> detection = detection_of(in);
+    if (!detection) return tl::unexpected(detection.error());
+    frame.detections.push_back(std::move(*detection));
   }
   return frame;
 }
@@ -239,11 +272,27 @@ Status add_covariances(TagFrame& frame, const TagCornerCovariances& message) {
   for (std::size_t i = 0; same && i < count; ++i) same = message.id[i] == frame.detections[i].tag.number;
   if (!same)
     return fail(ErrorCode::Unreadable, "corner covariances do not match the detections of the frame");
-  for (std::size_t i = 0; i < count; ++i) {
-    const CornerCovariance covariance =
-        Eigen::Map<const CornerCovariance>(message.covariance_px2.data() + 64 * i);
-    if (!covariance.isZero(0)) frame.detections[i].corner_covariance_px2 = covariance;
+  for (std::size_t i = 0; i < count; ++i) take_covariance(message.covariance_px2, i, frame.detections[i]);
+  return {};
+}
+
+Status add_unreliable(TagFrame& frame, const UnreliableTags& message) {
+  const std::size_t count = message.detections.size();
+  bool same = message.index.size() == count && message.covariance_px2.size() == 64 * count;
+  std::vector<TagDetection> all = frame.detections;
+  for (std::size_t i = 0; same && i < count; ++i) {
+    const std::int32_t index = message.index[i];
+    same = index >= 0 && static_cast<std::size_t>(index) <= all.size() &&
+           (i == 0 || index > message.index[i - 1]);
+    if (!same) break;
+    Result<TagDetection> detection = detection_of(message.detections[i]);
+    if (!detection) return tl::unexpected(detection.error());
+    take_covariance(message.covariance_px2, i, *detection);
+    detection->corner_state = CornerState::Unreliable;
+    all.insert(all.begin() + index, std::move(*detection));
   }
+  if (!same) return fail(ErrorCode::Unreadable, "unreliable tags do not match the detections of the frame");
+  frame.detections = std::move(all);
   return {};
 }
 

@@ -74,12 +74,17 @@ inline constexpr std::string_view kLaserFrame = "laser";
 [[nodiscard]] StampedCommand from_ros(const TwistStamped& message);
 [[nodiscard]] PoseStamped to_ros(const TruthPose& truth);
 
+/// Only the tags with usable corners; the others are in unreliable_to_ros().
 [[nodiscard]] AprilTagDetectionArray to_ros(const TagFrame& frame);
 [[nodiscard]] TagCornerCovariances covariances_to_ros(const TagFrame& frame);
+[[nodiscard]] UnreliableTags unreliable_to_ros(const TagFrame& frame);
 /// Fails on an unknown family. Covariances are on a separate topic: see add_covariances().
 [[nodiscard]] Result<TagFrame> from_ros(const AprilTagDetectionArray& message);
 /// Fails unless the entries match the detections of the frame.
 [[nodiscard]] Status add_covariances(TagFrame& frame, const TagCornerCovariances& message);
+/// Inserts the unreliable tags into a frame with all others. Fails on an unknown family and if the positions
+/// do not match the frame.
+[[nodiscard]] Status add_unreliable(TagFrame& frame, const UnreliableTags& message);
 
 /// The encoding is mono8.
 [[nodiscard]] Image to_ros(const CameraFrame& frame);
@@ -133,11 +138,15 @@ inline constexpr std::string_view kLaserFrame = "laser";
 [[nodiscard]] inline bool sound(const TagPoseArray& m) {
   return std::ranges::all_of(m.tags, [](const TagPose& tag) { return sound(tag.pose); });
 }
+[[nodiscard]] inline bool sound(const AprilTagDetection& tag) {
+  return std::ranges::all_of(tag.corners,
+                             [](const AprilTagPoint& p) { return std::isfinite(p.x) && std::isfinite(p.y); });
+}
 [[nodiscard]] inline bool sound(const AprilTagDetectionArray& m) {
-  return std::ranges::all_of(m.detections, [](const AprilTagDetection& tag) {
-    return std::ranges::all_of(
-        tag.corners, [](const AprilTagPoint& p) { return std::isfinite(p.x) && std::isfinite(p.y); });
-  });
+  return std::ranges::all_of(m.detections, [](const AprilTagDetection& tag) { return sound(tag); });
+}
+[[nodiscard]] inline bool sound(const UnreliableTags& m) {
+  return std::ranges::all_of(m.detections, [](const AprilTagDetection& tag) { return sound(tag); });
 }
 [[nodiscard]] inline bool sound(const TransformStamped& t) {
   return sound(t.translation) && sound(t.rotation);

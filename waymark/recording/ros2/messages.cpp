@@ -70,6 +70,9 @@ constexpr std::array kDefinitions = {
                "std_msgs/Header header\nAprilTagDetection[] detections\n"},
     Definition{"waymark_msgs/TagCornerCovariances",
                "std_msgs/Header header\nint32[] id\nfloat64[] covariance_px2\n"},
+    Definition{"waymark_msgs/UnreliableTags",
+               "std_msgs/Header header\nint32[] index\napriltag_msgs/AprilTagDetection[] detections\n"
+               "float64[] covariance_px2\n"},
     Definition{"waymark_msgs/TagPose", "string family\nint32 id\ngeometry_msgs/Pose pose\n"},
     // The type used in bags for TagSLAM, in ROS 2 syntax.
     Definition{

@@ -250,6 +250,17 @@ struct TagCornerCovariances {
   WAYMARK_ROS2_FIELDS(self.header, self.id, self.covariance_px2)
 };
 
+/// Waymark type for the tags that are missing from the AprilTagDetectionArray with the same stamp because
+/// their corners are unreliable. Programs that only know the array thus never use these corners.
+struct UnreliableTags {
+  static constexpr std::string_view kType = "waymark_msgs/msg/UnreliableTags";
+  Header header{};
+  std::vector<std::int32_t> index{};  ///< position of each tag among all tags of the image, ascending
+  std::vector<AprilTagDetection> detections{};
+  std::vector<double> covariance_px2{};  ///< as in TagCornerCovariances
+  WAYMARK_ROS2_FIELDS(self.header, self.index, self.detections, self.covariance_px2)
+};
+
 struct TagPose {
   std::string family{};
   std::int32_t id = 0;

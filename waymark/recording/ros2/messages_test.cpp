@@ -39,6 +39,7 @@ TEST(Ros2Schemas, EveryRecordedTypeHasASchema) {
                           MarkerArray::kType,
                           TagPoseArray::kType,
                           TagCornerCovariances::kType,
+                          UnreliableTags::kType,
                           RangeBearing::kType}) {
     EXPECT_FALSE(schema_text(type).empty()) << type;
   }

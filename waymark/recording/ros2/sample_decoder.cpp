@@ -56,12 +56,16 @@ class SampleDecoder::Impl {
   Status give(const Ros2Message& raw);
   Status on_tags(const Ros2Message& raw);
   Status on_covariances(const Ros2Message& raw);
+  Status on_unreliable(const Ros2Message& raw);
+  template <class Message>
+  [[nodiscard]] bool belongs_to_frame(const Message& message) const;
   Status on_truth(const Ros2Message& raw);
   Status on_twist(const Ros2Message& raw);
   Status on_joints(const Ros2Message& raw);
 
   Visitor visit_;
-  std::optional<TagFrame> frame_{};  ///< waits for the covariances that may follow it
+  /// Waits for the covariances and unreliable tags that may follow it.
+  std::optional<TagFrame> frame_{};
 };
 
 template <class Message>
@@ -79,6 +83,7 @@ Status SampleDecoder::Impl::give(const Ros2Message& raw) {
 
 Status SampleDecoder::Impl::add(const Ros2Message& raw) {
   if (raw.type == ros2::TagCornerCovariances::kType) return on_covariances(raw);
+  if (raw.type == ros2::UnreliableTags::kType) return on_unreliable(raw);
   if (Status status = finish(); !status) return status;
   if (raw.topic.starts_with(kTruthPrefix)) return on_truth(raw);
   if (raw.type == ros2::AprilTagDetectionArray::kType) return on_tags(raw);
@@ -113,12 +118,24 @@ Status SampleDecoder::Impl::on_tags(const Ros2Message& raw) {
   return {};
 }
 
+template <class Message>
+bool SampleDecoder::Impl::belongs_to_frame(const Message& message) const {
+  return frame_ && frame_->stamp == ros2::from_ros(message.header.stamp) &&
+         frame_->camera == ros2::camera_of_frame(message.header.frame_id);
+}
+
 Status SampleDecoder::Impl::on_covariances(const Ros2Message& raw) {
   const auto message = cdr::decode<ros2::TagCornerCovariances>(raw.cdr);
   if (!message) return tl::unexpected(named(message.error(), raw));
-  const bool same_frame = frame_ && frame_->stamp == ros2::from_ros(message->header.stamp) &&
-                          frame_->camera == ros2::camera_of_frame(message->header.frame_id);
-  return same_frame ? ros2::add_covariances(*frame_, *message) : Status{};
+  return belongs_to_frame(*message) ? ros2::add_covariances(*frame_, *message) : Status{};
+}
+
+Status SampleDecoder::Impl::on_unreliable(const Ros2Message& raw) {
+  const auto message = read<ros2::UnreliableTags>(raw);
+  if (!message) return tl::unexpected(message.error());
+  if (!belongs_to_frame(*message)) return {};
+  const Status status = ros2::add_unreliable(*frame_, *message);
+  return status ? status : tl::unexpected(named(status.error(), raw));
 }
 
 Status SampleDecoder::Impl::on_truth(const Ros2Message& raw) {

@@ -146,6 +146,78 @@ TEST(SampleRecorder, EveryKindOfSampleRoundTrips) {
   EXPECT_EQ(std::get<TagFrame>(back[6]).camera, "left");
 }
 
+/// Frames with unreliable tags at each subset of the positions, with and without covariances.
+std::vector<TagFrame> frames_with_unreliable_tags() {
+  Random random(3);
+  std::vector<TagFrame> frames;
+  for (int which = 0; which < 16; ++which) {
+    TagFrame frame = some_frame(random, at_ms(10 + which), which >= 8);
+    for (std::size_t i = 0; i < 3; ++i)
+      if ((which >> i) % 2 != 0) frame.detections[i].corner_state = CornerState::Unreliable;
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+TEST(SampleRecorder, KeepsUnreliableTagsInTheirOrder) {
+  const std::vector<TagFrame> frames = frames_with_unreliable_tags();
+  const std::vector<Sample> back = through_a_file({frames.begin(), frames.end()});
+  ASSERT_EQ(back.size(), frames.size());
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const auto& tags = std::get<TagFrame>(back[f]).detections;
+    ASSERT_EQ(tags.size(), 3U) << f;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const TagDetection& sent = frames[f].detections[i];
+      EXPECT_EQ(tags[i].tag, sent.tag) << f;
+      EXPECT_EQ(tags[i].corner_state, sent.corner_state) << f;
+      EXPECT_EQ(tags[i].corner_covariance_px2, sent.corner_covariance_px2) << f;
+      EXPECT_TRUE(tags[i].corners_px[2].isApprox(sent.corners_px[2], 1e-12)) << f;
+    }
+  }
+}
+
+// As a program that does not know the type of unreliable tags.
+TEST(SampleRecorder, UnreliableTagsAreNotInTheDetections) {
+  for (const TagFrame& frame : frames_with_unreliable_tags()) {
+    std::vector<Sample> seen;
+    SampleDecoder decoder([&](const Sample& sample) {
+      seen.push_back(sample);
+      return Status{};
+    });
+    const auto add = [&](const auto& message) {
+      return decoder.add("/x", std::remove_cvref_t<decltype(message)>::kType, 0, cdr::encode(message));
+    };
+    ASSERT_TRUE(add(ros2::to_ros(frame)));
+    ASSERT_TRUE(add(ros2::covariances_to_ros(frame)));
+    ASSERT_TRUE(decoder.finish());
+    std::vector<TagDetection> usable = frame.detections;
+    std::erase_if(usable, [](const TagDetection& tag) { return !usable_corners(tag); });
+    const auto& tags = std::get<TagFrame>(seen.at(0)).detections;
+    ASSERT_EQ(tags.size(), usable.size());
+    for (std::size_t i = 0; i < tags.size(); ++i) {
+      EXPECT_EQ(tags[i].tag, usable[i].tag);
+      EXPECT_EQ(tags[i].corner_covariance_px2, usable[i].corner_covariance_px2);
+    }
+  }
+}
+
+TEST(SampleDecoder, RejectsUnreliableTagsThatDoNotMatchTheirFrame) {
+  TagFrame frame = frames_with_unreliable_tags().at(2);
+  const ros2::UnreliableTags good = ros2::unreliable_to_ros(frame);
+  std::erase_if(frame.detections, [](const TagDetection& tag) { return !usable_corners(tag); });
+  std::vector<ros2::UnreliableTags> bad(4, good);
+  bad[0].index = {3};
+  bad[1].index = {-1};
+  bad[2].index.clear();
+  bad[3].covariance_px2.pop_back();
+  for (const ros2::UnreliableTags& message : bad) {
+    TagFrame changed = frame;
+    EXPECT_EQ(ros2::add_unreliable(changed, message).error().code, ErrorCode::Unreadable);
+    EXPECT_EQ(changed.detections.size(), 2U);
+  }
+  EXPECT_TRUE(ros2::add_unreliable(frame, good));
+}
+
 TEST(SampleDecoder, RejectsNonFiniteNumbers) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   SampleDecoder decoder([](const Sample&) { return Status{}; });
