@@ -332,6 +332,7 @@ void Ros2Node::publish_item(const Sample& sample) {
 void Ros2Node::publish_item(const TagFrame& tags) {
   if (!frames_.settled(steady_now())) return;
   mount(tags.camera);
+  unreliable_tags_ += count_unreliable(tags.detections);
   ros2::AprilTagDetectionArray message = ros2::to_ros(tags);
   message.header.frame_id = frames_.camera(tags.camera);
   publish("/waymark/tags", message);
@@ -391,6 +392,7 @@ void Ros2Node::publish_status(const LiveStatus& status) {
                 {"dropped_images", std::to_string(status.dropped_images)},
                 {"robot_clock_behind_s",
                  behind_s_.empty() ? "unknown" : fmt::format("{:.3f}", *std::ranges::min_element(behind_s_))},
+                {"unreliable_tags", std::to_string(unreliable_tags_)},
                 {"refused_initial_poses", std::to_string(refused_poses_)}};
   ros2::DiagnosticArray message{.status = {std::move(one)}};
   const auto now = std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());

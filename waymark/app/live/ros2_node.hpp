@@ -133,6 +133,7 @@ class Ros2Node {
   std::map<std::string, std::size_t> publishers_{};
   std::size_t initial_pose_ = 0;  ///< index of the subscription
   int refused_poses_ = 0;
+  std::size_t unreliable_tags_ = 0;  ///< number of detections left out of /waymark/tags
   std::atomic<bool> over_ = false;
   std::thread thread_{};
 };
