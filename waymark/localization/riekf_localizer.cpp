@@ -147,6 +147,7 @@ void RiekfLocalizer::add(const TagFrame& frame) {
                                             tracker_.options(), camera);
     const bool known = tracker_.landmarks().find(detection.tag) >= 0;
     mapped_ += known ? 1 : 0;
+    unreliable_ += known && !usable_corners(detection) ? 1 : 0;
     if (!known && tracker_.landmarks().find(std::int64_t{detection.tag.number}) >= 0)
       other_family_ = detection.tag.family;
     if (!observation) continue;
@@ -258,6 +259,7 @@ std::vector<std::string> RiekfLocalizer::problems() const {
   report(input_.not_finite(), "motion sample", "ignored because they are not finite: {}");
   report(too_late_, "image", "ignored because they are more than 1 s late: {}");
   report(over_limit_, "tag", "ignored beyond the limit of 16 per image: {}");
+  report(unreliable_, "detection", "not used because their corners are unreliable: {}");
   report(input_.jumps(), "time",
          "odometry jumped {}: farther than a robot can drive, or after seconds of silence (counter reset, "
          "another clock, or two drives in one recording). The pose was re-initialised after each jump");

@@ -74,6 +74,7 @@ class RiekfLocalizer final : public LocalizationMethod {
   std::optional<FamilyId>
       other_family_{};  ///< the family of an observed tag whose number is in the map under another family
   int over_limit_ = 0;
+  int unreliable_ = 0;  ///< tags of the map whose corners are unreliable
 };
 
 }  // namespace waymark

@@ -165,10 +165,12 @@ CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const Camer
   CameraMoment moment{.stamp = frame.stamp, .tags = static_cast<int>(frame.detections.size())};
   const auto pose = estimate_camera_pose(frame.detections, map, camera);
   if (!pose || !pose->usable()) {
-    const bool known = std::ranges::any_of(
-        frame.detections, [&](const TagDetection& seen) { return map.find(seen.tag) != nullptr; });
+    const auto in_map = [&](const TagDetection& seen) { return map.find(seen.tag) != nullptr; };
+    const auto usable = [&](const TagDetection& seen) { return in_map(seen) && usable_corners(seen); };
+    const bool known = std::ranges::any_of(frame.detections, in_map);
     if (!frame.detections.empty())
-      moment.why = !known                      ? "none of the tags is in the map"
+      moment.why = !known                                           ? "none of the tags is in the map"
+                   : std::ranges::none_of(frame.detections, usable) ? "the corners of the tags are unreliable"
                    : pose && pose->ambiguous() ? "the pose is ambiguous, or the tags are inconsistent"
                                                : "no pose fits the tags";
     return moment;
