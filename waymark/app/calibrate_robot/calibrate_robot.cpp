@@ -45,7 +45,8 @@ SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded)
   if (setup_of(recorded, overrides)) return overrides;
   std::map<TagId, int> counts;
   for (const TagFrame& frame : recorded.frames) {
-    for (const TagDetection& detection : frame.detections) ++counts[detection.tag];
+    for (const TagDetection& detection : frame.detections)
+      if (usable_corners(detection)) ++counts[detection.tag];
   }
   if (counts.empty()) return overrides;
   const auto most_observed =

@@ -24,7 +24,7 @@ std::map<TagId, int> frames_of(const RecordedLap& recorded, const TagMap& map) {
   std::map<TagId, int> frames;
   for (const TagFrame& frame : recorded.frames) {
     for (const TagDetection& detection : frame.detections) {
-      if (map.find(detection.tag) != nullptr) ++frames[detection.tag];
+      if (usable_corners(detection) && map.find(detection.tag) != nullptr) ++frames[detection.tag];
     }
   }
   return frames;

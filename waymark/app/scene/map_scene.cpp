@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/app/common/detect_all.hpp"
 #include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/output_files.hpp"
@@ -160,6 +161,8 @@ void warn(MapSceneReport& report) {
   if (!foreign.empty())
     report.warnings.push_back(
         fmt::format("ignored {} ids that belong to no body: {}", foreign.size(), number_list(foreign)));
+  if (map.observations.unreliable > 0)
+    report.warnings.push_back(unreliable_note(static_cast<std::size_t>(map.observations.unreliable)));
   if (!map.rejected.empty())
     report.warnings.push_back(fmt::format("rejected {} of {} observations as outliers", map.rejected.size(),
                                           map.observations.seen.size()));
@@ -287,6 +290,8 @@ ReportFields fields(const MapSceneReport& report) {
       {"observations", "Number of tag observations", map.observations.seen.size()},
       {"tags", "Number of tags in the map", tags_in_map(map)},
       {"rejected_observations", "Number of observations rejected as outliers", map.rejected.size()},
+      {"unreliable_observations", "Further observations, with unreliable corners",
+       map.observations.unreliable},
       {"foreign_ids", "Ids that belong to no body", numbers_of(foreign_tags(map))},
       {"rejected_tag_ids", "Unlisted ids with few or inconsistent observations",
        numbers_of(map.rejected_tags)},

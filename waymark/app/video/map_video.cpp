@@ -39,7 +39,8 @@ std::map<TagId, int> count_tags(const std::vector<SceneFrame>& frames) {
   std::map<TagId, int> count;
   for (const SceneFrame& frame : frames)
     for (const SceneView& view : frame.views)
-      for (const TagDetection& detection : view.detections) ++count[detection.tag];
+      for (const TagDetection& detection : view.detections)
+        if (usable_corners(detection)) ++count[detection.tag];
   return count;
 }
 
@@ -427,6 +428,8 @@ ReportFields fields(const MapVideoReport& report) {
        report.beside},
       {"observations", "Number of tag observations", report.map.observations.seen.size()},
       {"rejected_observations", "Number of observations rejected as outliers", report.map.rejected.size()},
+      {"unreliable_observations", "Further observations, with unreliable corners",
+       report.map.observations.unreliable},
       {"noise_px", "Standard deviation of a corner coordinate", report.map.noise_px},
       {"reprojection_mean_px", "Mean reprojection error of the corners in use",
        report.map.reprojection_mean_px},

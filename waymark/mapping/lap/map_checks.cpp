@@ -119,7 +119,7 @@ std::map<TagId, double> largest_sides_px(const LapInput& lap) {
   for (const TagFrame& frame : lap.frames) {
     for (const TagDetection& detection : frame.detections) {
       double& so_far = largest[detection.tag];
-      so_far = std::max(so_far, mean_side_px(detection.corners_px));
+      if (usable_corners(detection)) so_far = std::max(so_far, mean_side_px(detection.corners_px));
     }
   }
   return largest;
@@ -394,7 +394,8 @@ Visits visits_of(const LapInput& lap, const BundleMap& map) {
     const auto base = std::ranges::lower_bound(map.trajectory, frame.stamp, {}, &StampedPose::stamp);
     if (base == map.trajectory.end() || base->stamp != frame.stamp) continue;
     for (const TagDetection& seen : frame.detections) {
-      if (map.map.find(seen.tag) != nullptr && !rejected.contains({frame.stamp, seen.tag}))
+      if (usable_corners(seen) && map.map.find(seen.tag) != nullptr &&
+          !rejected.contains({frame.stamp, seen.tag}))
         visits[seen.tag].push_back({&seen, &frame, &*base});
     }
   }
@@ -526,7 +527,8 @@ void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std:
   SensorTime from{};
   for (const TagFrame& frame : lap.frames) {
     const bool sees = std::ranges::any_of(frame.detections, [&](const TagDetection& seen) {
-      return map.map.find(seen.tag) != nullptr && !rejected.contains({frame.stamp, seen.tag});
+      return usable_corners(seen) && map.map.find(seen.tag) != nullptr &&
+             !rejected.contains({frame.stamp, seen.tag});
     });
     if (!sees) continue;
     if (last && to_seconds(frame.stamp - *last) > longest) {

@@ -125,6 +125,10 @@ SceneObservations observations_of(const SceneRecording& recording, TagScene& sce
           ++result.squashed;
           continue;
         }
+        if (!usable_corners(detection)) {
+          ++result.unreliable;
+          continue;
+        }
         if (!there.insert(id.number).second) {
           ++result.repeated;
           continue;

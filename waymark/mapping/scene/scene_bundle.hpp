@@ -25,6 +25,7 @@ struct SceneObservations {
   int squashed = 0;                ///< excluded on request, too small, or with too many corrected bits
   int repeated = 0;                ///< with an id that occurred twice in one view
   int broken = 0;                  ///< with non-finite corners
+  int unreliable = 0;              ///< with unreliable corners
 };
 
 /// Selects detections according to the lists in the scene. Adds tags that are found on bodies accepting
