@@ -107,8 +107,9 @@ Replayer::Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagM
 void Replayer::add(const TagFrame& frame) {
   newest_image_ = frame.stamp;
   received_ = true;
-  const bool mapped = std::ranges::any_of(
-      frame.detections, [&](const TagDetection& seen) { return map_.find(seen.tag) != nullptr; });
+  const bool mapped = std::ranges::any_of(frame.detections, [&](const TagDetection& seen) {
+    return usable_corners(seen) && map_.find(seen.tag) != nullptr;
+  });
   if (mapped && !reports_accepted_) accept(frame.stamp);
   if (watch_.add(frame)) method_->add(frame);
 }

@@ -119,6 +119,10 @@ void Teacher::watch(const TagFrame& frame) {
   TagFrame anchor{.stamp = frame.stamp, .camera = frame.camera};
   for (const TagDetection& detection : frame.detections) {
     if (!setup_.sizes.size_m(detection.tag)) continue;
+    if (!usable_corners(detection)) {
+      ++counters_.unreliable;
+      continue;
+    }
     tags.push_back(detection.tag);
     if (detection.tag == setup_.anchor) anchor.detections.push_back(detection);
   }

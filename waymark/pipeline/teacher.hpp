@@ -74,7 +74,8 @@ struct TaughtFrame {
 /// The counters of Algorithm 1, line 15, and what they show.
 struct TeachSummary {
   int frames = 0;
-  int detections = 0;
+  int detections = 0;  ///< with usable corners
+  int unreliable = 0;  ///< detections with unreliable corners
   int low_observability_frames = 0;
   double duration_s = 0;
   double distance_m = 0;         ///< distance measured by odometry

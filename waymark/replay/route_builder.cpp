@@ -382,8 +382,9 @@ double longest_without_tags_m(const Trajectory& lap, const std::vector<TagFrame>
   const auto sees_tag = [&](SensorTime stamp) {
     const auto at_once = std::ranges::equal_range(frames, stamp, {}, &TagFrame::stamp);
     return std::ranges::any_of(at_once, [&](const TagFrame& frame) {
-      return std::ranges::any_of(frame.detections,
-                                 [&](const TagDetection& seen) { return map.find(seen.tag) != nullptr; });
+      return std::ranges::any_of(frame.detections, [&](const TagDetection& seen) {
+        return usable_corners(seen) && map.find(seen.tag) != nullptr;
+      });
     });
   };
   double longest = 0;

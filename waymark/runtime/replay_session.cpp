@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -35,7 +36,11 @@ void ReplaySession::count(const Frame& frame, const std::vector<Seen>& seen) {
   ++end_.frames;
   std::vector<TagId> tags;
   tags.reserve(seen.size());
-  for (const Seen& one : seen) tags.push_back(one.tag);
+  for (const Seen& one : seen) {
+    if constexpr (std::is_same_v<Seen, TagDetection>)
+      if (!usable_corners(one)) continue;
+    tags.push_back(one.tag);
+  }
   in_view_.add(frame.camera, frame.stamp, std::move(tags));
   end_.frames_with_two_tags += in_view_.count(frame.stamp) >= 2 ? 1 : 0;
 }

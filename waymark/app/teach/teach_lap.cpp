@@ -12,6 +12,7 @@
 #include "waymark/app/live/live_robot.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/app/live/viewers.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/robots/simulated/script_driver.hpp"
@@ -239,6 +240,9 @@ std::string to_text(const TeachReport& report, bool loop) {
       "{} tags, {} detections, two or more tags in {:.1f} % of the frames ({} frames with fewer)\n",
       report.file, report.end.lap_s, s.distance_m, s.frames, s.seen.size(), s.detections,
       100 * s.two_tags_fraction(), s.low_observability_frames);
+  if (s.unreliable > 0)
+    text +=
+        fmt::format("{} with unreliable corners are not used\n", counted(s.unreliable, "further detection"));
   if (s.closed_loop || loop)
     text += s.closed_loop ? "The loop is closed: the anchor was observed at the start and at the end.\n"
                           : "The loop is not closed.\n";
@@ -263,6 +267,7 @@ ReportFields fields(const TeachReport& report) {
           {"lap_s", "Duration of the lap by the robot's clock", report.end.lap_s},
           {"frames", "Camera frames", s.frames},
           {"detections", "Detections of tags in all frames", s.detections},
+          {"unreliable_detections", "Further detections, with unreliable corners", s.unreliable},
           {"tags", "Different tags that were detected", s.seen.size()},
           {"low_observability_frames", "Frames with fewer than two tags", s.low_observability_frames},
           {"two_tags_fraction", "Share of the frames with two or more tags", s.two_tags_fraction()},
