@@ -310,7 +310,7 @@ struct ClassSums {
     ++truth;
     if (detection == nullptr) return;
     ++found;
-    corners.add(*detection, tag);
+    if (usable_corners(*detection)) corners.add(*detection, tag);
   }
 };
 
@@ -365,9 +365,11 @@ class Scorer {
 
  private:
   void add_tag(const TrueTag& tag, const TagDetection* detection) {
-    if (detection != nullptr) {
+    if (detection != nullptr && usable_corners(*detection)) {
       all_.add(*detection, tag);
       consistency_.add(*detection, tag);
+    } else if (detection != nullptr) {
+      ++scores_.unreliable;
     }
     const auto size = class_of(tag.size_px, edges_.size_px);
     if (size) by_size_[*size].add(tag, detection);

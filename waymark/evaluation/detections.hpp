@@ -94,7 +94,7 @@ struct Matching {
 
 /// Corner errors of the correct detections. Error = detected - true.
 struct CornerScores {
-  std::size_t tags = 0;  ///< number of correct detections, each with four corners
+  std::size_t tags = 0;  ///< number of correct detections with usable corners, four each
   double rmse_px = 0;    ///< root mean square Euclidean corner error
   double rmse_x_px = 0;  ///< along x; rmse_px^2 = rmse_x_px^2 + rmse_y_px^2
   double rmse_y_px = 0;
@@ -147,6 +147,7 @@ struct DetectionScores {
   std::size_t truth = 0;       ///< number of true tags
   std::size_t detections = 0;  ///< number of reported tags = correct + wrong_ids + false_positives
   std::size_t correct = 0;
+  std::size_t unreliable = 0;  ///< correct detections with unreliable corners; not in the corner errors
   std::size_t wrong_ids = 0;
   std::size_t false_positives = 0;
   std::optional<CornerScores> corners = {};           ///< `nullopt` if no tag was found

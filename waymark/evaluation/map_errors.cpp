@@ -132,7 +132,7 @@ std::map<TagId, TagReprojection> tag_reprojection(const std::vector<TagFrame>& f
     const SE3 cam_T_map = (*map_T_base * base_T_cam).inverse();
     for (const TagDetection& seen : frame.detections) {
       const MappedTag* tag = map.find(seen.tag);
-      if (tag == nullptr) continue;
+      if (tag == nullptr || !usable_corners(seen)) continue;
       const auto residuals = residuals_px(seen, *tag, camera, cam_T_map);
       if (residuals) add(*residuals, (cam_T_map * tag->map_T_tag.translation()).norm(), found[seen.tag]);
     }

@@ -88,6 +88,7 @@ std::vector<EdgeBlur> edge_blurs(const ImageView& image, const TagFrame& before,
     const TagDetection* first = find(before, tag.tag);
     const TagDetection* last = find(after, tag.tag);
     if (first == nullptr || last == nullptr || !tag.corners_px[0].allFinite()) continue;
+    if (!usable_corners(*first) || !usable_corners(tag) || !usable_corners(*last)) continue;
     const Eigen::Vector2d centre =
         (tag.corners_px[0] + tag.corners_px[1] + tag.corners_px[2] + tag.corners_px[3]) / 4;
     for (std::size_t k = 0; k < 4; ++k) {

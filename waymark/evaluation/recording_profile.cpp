@@ -195,6 +195,7 @@ void RecordingProfiler::measure_tags(const std::vector<TagFrame>& frames, Record
       if (first == nullptr) continue;
       (middle == nullptr ? missed : seen) += 1;
       if (middle == nullptr || !last.corners_px[0].allFinite()) continue;
+      if (!usable_corners(*first) || !usable_corners(*middle) || !usable_corners(last)) continue;
       add_corner_noise(*first, *middle, last, differences);
     }
   }

@@ -100,7 +100,7 @@ Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob
 
 // Conversion to report fields.
 ReportFields fields(const CornerScores& corners) {
-  return {{"tags", "Number of correct detections", corners.tags},
+  return {{"tags", "Number of correct detections with usable corners", corners.tags},
           {"rmse_px", "Root mean square of the Euclidean corner error", corners.rmse_px},
           {"rmse_x_px", "Root mean square corner error along x", corners.rmse_x_px},
           {"rmse_y_px", "Root mean square corner error along y", corners.rmse_y_px},
@@ -156,6 +156,8 @@ ReportFields fields(const DetectionScores& scores) {
       {"detections", "Number of detections: correct + wrong_ids + false_positives", scores.detections},
       {"correct", "Detections with correct family, id, corner order and position", scores.correct},
       {"recall", "correct / truth; null without true tags", scores.recall()},
+      {"unreliable", "Correct detections with unreliable corners, which are not in the corner errors",
+       scores.unreliable},
       {"wrong_ids", "Detections with another id or rotation on a true tag that was not detected correctly",
        scores.wrong_ids},
       {"false_positives", "All other detections, including duplicates of a tag", scores.false_positives},
@@ -241,6 +243,8 @@ void put_sums(Text& text, const DetectionScores& scores) {
       "{} images, {} true tags, {} detections: {} correct (recall {} %), {} wrong ids, {} false positives\n",
       scores.images, scores.truth, scores.detections, scores.correct, percent(scores.recall()),
       scores.wrong_ids, scores.false_positives);
+  if (scores.unreliable > 0)
+    put(text, "unreliable corners: {}, not in the errors below\n", counted(scores.unreliable, "tag"));
   if (const auto& c = scores.corners) {
     put(text, "corner error: RMSE {:.4f} px (x {:.4f}, y {:.4f}), worst {:.3f} px\n", c->rmse_px,
         c->rmse_x_px, c->rmse_y_px, c->worst_px);
