@@ -23,6 +23,13 @@ struct TagFrame {
   std::vector<TagDetection> detections{};
 };
 
+/// Number of detections without usable corners.
+[[nodiscard]] inline std::size_t count_unreliable(const std::vector<TagFrame>& frames) {
+  std::size_t count = 0;
+  for (const TagFrame& frame : frames) count += count_unreliable(frame.detections);
+  return count;
+}
+
 /// A grey image.
 struct CameraFrame {
   SensorTime stamp{};          ///< middle of the exposure

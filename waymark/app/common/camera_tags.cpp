@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/camera_description.hpp"
+#include "waymark/app/common/detect_all.hpp"
 #include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/base/message_text.hpp"
@@ -46,6 +47,7 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
     if (!found) return tl::unexpected(found.error());
     ++all.images;
     all.tags += found->detections.size();
+    all.unreliable += count_unreliable(found->detections);
     no_tags.add(image.luma, found->detections.size() + found->beyond_lens);
     TagFrame tags{.stamp = image.stamp, .detections = std::move(found->detections)};
     const std::string words =
@@ -58,6 +60,7 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
   if (all.images == 0)
     return fail(ErrorCode::Unreadable, "this video contains no intact image", {.source = path});
   if (const auto reason = no_tags.reason(finder.tracking.detector)) control.note("note: " + reason->message);
+  if (all.unreliable > 0) control.note("note: " + unreliable_note(all.unreliable));
   return all;
 }
 
@@ -172,6 +175,7 @@ ReportFields fields(const ConvertedVideo& converted) {
           {"output_format", "mcap", "mcap"},
           {"images", "Videos and cameras: images that were searched for tags", found.images},
           {"tags", "Videos and cameras: detections in all images", found.tags},
+          {"unreliable_tags", "Videos: number of these tags with unreliable corners", found.unreliable},
           {"problems", "Defects of the video", problems}};
 }
 
@@ -231,6 +235,7 @@ Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& f
     if (!*tags) return {};
     ++all.images;
     all.tags += (*tags)->detections.size();
+    all.unreliable += count_unreliable((*tags)->detections);
     control.progress({fmt::format("finding tags: {}", counted(all.images, "image"))});
     return each(**tags);
   });
@@ -238,6 +243,7 @@ Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& f
   for (const LogProblem& problem : (*log)->problems()) control.note(to_string(problem.error));
   if (all.images == 0)
     return fail(ErrorCode::Unreadable, "this recording contains no intact image", {.source = path});
+  if (all.unreliable > 0) control.note("note: " + unreliable_note(all.unreliable));
   return all;
 }
 

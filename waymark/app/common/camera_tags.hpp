@@ -21,6 +21,7 @@ struct VideoTags {
   VideoInfo info{};
   std::size_t images = 0;
   std::size_t tags = 0;
+  std::size_t unreliable = 0;  ///< number of these tags with unreliable corners
   std::vector<VideoProblem> problems{};
 };
 

@@ -69,6 +69,8 @@ TagDetection detection_at_origin() {
   return detection;
 }
 
+constexpr std::string_view kUnreliable = "unreliable";
+
 struct DetectionLine {
   TagDetection detection = detection_at_origin();
   std::optional<RefinementOutcome> refinement{};
@@ -96,7 +98,10 @@ ReportFields fields(const DetectionLine& line) {
       {"corner_covariance_px2", "With `covariance`: 8 x 8, row by row, of x0 y0 x1 y1 x2 y2 x3 y3",
        if_any(line.with_covariance ? part(covariance, rows_of) : std::nullopt)},
       {"refinement", "refined, or why the detector's corners were kept; absent with `no_refine`",
-       if_any(part(line.refinement, refinement))}};
+       if_any(part(line.refinement, refinement))},
+      {"corners",
+       "unreliable if the image contradicts corners_px, so that no pose uses them; absent otherwise",
+       if_any(usable_corners(detection) ? std::nullopt : std::optional(std::string(kUnreliable)))}};
   for (ReportField& field : pose_fields(line.pose)) all.push_back(std::move(field));
   return all;
 }
@@ -203,6 +208,10 @@ Result<TagDetection> read_detection(const json& object, const Place& place, std:
     detection.corner_covariance_px2 = Eigen::Map<const CornerCovariance>(
         numbers.data());  // symmetric, so the storage order does not matter
   }
+  if (reader.has("corners")) {
+    const bool unreliable = reader.text("corners") == kUnreliable;
+    detection.corner_state = unreliable ? CornerState::Unreliable : CornerState::Measured;
+  }
   if (!reader.status()) return tl::unexpected(reader.status().error());
   return detection;
 }
@@ -291,6 +300,13 @@ std::string beyond_lens_note(std::size_t tags) {
       counted(tags, "tag"));
 }
 
+std::string unreliable_note(std::size_t tags) {
+  return fmt::format(
+      "unreliable corners: {}, not used for poses or maps. Check whether these tags are flat, uncovered, "
+      "sharp and surrounded by their white margin.",
+      counted(tags, "tag"));
+}
+
 std::string internal::name_of_image(const std::string& path, SensorTime stamp) {
   constexpr std::int64_t kSecond = 1'000'000'000;
   const std::int64_t ns = stamp.time_since_epoch().count();
@@ -347,6 +363,7 @@ ImageReport report_on(const std::string& path, SensorTime stamp, const ImageView
 void count(const ImageReport& report, const JobControl& control, DetectSummary& summary) {
   summary.tags += report.detections.size();
   summary.beyond_lens += report.beyond_lens;
+  summary.unreliable += count_unreliable(report.detections);
   ++(report.error ? summary.failed : summary.images);
   if (!report.error) return;
   const std::string words = to_string(*report.error);
@@ -479,6 +496,7 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
     if (const auto reason = summary.no_tags.reason(finder.tracking.detector))
       control.note("note: " + reason->message);
   if (summary.beyond_lens > 0) control.note("note: " + beyond_lens_note(summary.beyond_lens));
+  if (summary.unreliable > 0) control.note("note: " + unreliable_note(summary.unreliable));
   return summary;
 }
 

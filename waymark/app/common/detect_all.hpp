@@ -59,6 +59,7 @@ struct DetectSummary {
   std::size_t tags = 0;
   std::size_t failed = 0;
   std::size_t beyond_lens = 0;      ///< number of tags dropped: see FoundTags::beyond_lens
+  std::size_t unreliable = 0;       ///< number of these tags with unreliable corners
   bool stopped = false;             ///< cancelled before the end of the list
   bool annotations_failed = false;  ///< a folder for annotated images could not be created
   std::set<std::string> noted{};    ///< errors already printed as notes, so that each is printed only once
@@ -80,6 +81,9 @@ using EachImage = std::function<bool(std::size_t index, ImageReport& report, con
 
 /// A note that this many tags were dropped: see FoundTags::beyond_lens.
 [[nodiscard]] std::string beyond_lens_note(std::size_t tags);
+
+/// A note that the corners of this many tags are unreliable: see CornerState.
+[[nodiscard]] std::string unreliable_note(std::size_t tags);
 
 namespace internal {
 

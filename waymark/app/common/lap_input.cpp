@@ -254,6 +254,8 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
   Result<RecordedLap> lap =
       read_lap(**log, find, finder != nullptr ? TagSource::Images : TagSource::AsRecorded, choice);
   if (lap && beyond_lens > 0) lap->notes.push_back(beyond_lens_note(beyond_lens));
+  if (const std::size_t tags = lap ? count_unreliable(lap->frames) : 0; tags > 0)
+    lap->notes.push_back(unreliable_note(tags));
   if (lap) take_better_fitting_camera(lap->setup, lap->frames);
   const TagFinder* used = finder;
   if (used == nullptr && usual) used = &*usual;

@@ -168,7 +168,9 @@ std::string to_text(const ImageReport& report) {
         "  {:<22}{:>10.2f}{:>10.2f}{:>9.1f}{:>9}{:>8.1f}{:>8}{}\n", to_string(tag.tag), center.x(),
         center.y(), mean_side_px(tag.corners_px), sigma ? fmt::format("{:.3f}", *sigma) : "-",
         tag.decision_margin, tag.hamming,
-        refined ? "" : fmt::format("   corners not refined: {}", to_string(report.refinements[i])));
+        refined ? ""
+                : fmt::format("   corners {}: {}", usable_corners(tag) ? "not refined" : "unreliable",
+                              to_string(report.refinements[i])));
   }
   return text;
 }

@@ -95,6 +95,7 @@ Result<std::vector<TextureTag>> tags_in(const std::string& file, const TagFinder
   if (!found) return tl::unexpected(found.error());
   std::vector<TextureTag> tags;
   for (const TagDetection& detection : found->detections) {
+    if (!usable_corners(detection)) continue;
     TextureTag tag{.tag = detection.tag, .margin_cells = margin_of(detection, large)};
     std::ranges::transform(
         detection.corners_px, tag.uv.begin(), [&](const Eigen::Vector2d& px) -> Eigen::Vector2d {

@@ -59,6 +59,7 @@ std::vector<double> observation_errors_px(const MappedDrive& drive) {
     if (!map_T_base) continue;
     const SE3 cam_T_map = (*map_T_base * drive.robot.model.base_T_cam).inverse();
     for (const TagDetection& seen : frame.detections) {
+      if (!usable_corners(seen)) continue;
       const MappedTag* tag = drive.place.map.tags.find(seen.tag);
       const auto expected = tag == nullptr
                                 ? std::nullopt
