@@ -38,6 +38,15 @@ void set_corner_covariance(TagDetection& detection, const py::object& covariance
     detection.corner_covariance_px2 = matrix_of<8, 8>(covariance, "corner_covariance_px2");
 }
 
+void set_corner_state(TagDetection& detection, const std::string& name) {
+  for (const CornerState state : {CornerState::Measured, CornerState::Unreliable}) {
+    if (name != to_string(state)) continue;
+    detection.corner_state = state;
+    return;
+  }
+  refuse("corner_state", "unknown state '" + name + "'", "Known: measured, unreliable.");
+}
+
 template <class T>
 void def_tag(py::class_<T>& cls) {
   cls.def_property(
@@ -59,12 +68,18 @@ void bind_detection(py::module_& m) {
                    "the detection.");
   cls.def_property("corner_covariance_px2", &corner_covariance, &set_corner_covariance,
                    "(8, 8) of x0 y0 x1 y1 … [px^2]; None if unknown.");
+  cls.def_property(
+      "corner_state", [](const TagDetection& d) { return std::string(to_string(d.corner_state)); },
+      &set_corner_state,
+      "'measured', or 'unreliable' if the image contradicts the corners. Estimators leave out unreliable "
+      "corners.");
   cls.def_property_readonly(
       "center_px", [](const TagDetection& d) { return to_array(center_px(d.corners_px)); },
       "Intersection of the diagonals, (2,) [px].");
   cls.def_property_readonly(
       "side_px", [](const TagDetection& d) { return mean_side_px(d.corners_px); }, "Mean side length [px].");
-  finish_value(cls, {"tag", "hamming", "decision_margin", "corners_px", "corner_covariance_px2"});
+  finish_value(cls,
+               {"tag", "hamming", "decision_margin", "corners_px", "corner_covariance_px2", "corner_state"});
   def_keyword_init(cls);
 }
 

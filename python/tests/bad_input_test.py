@@ -79,6 +79,17 @@ class Arrays(unittest.TestCase):
         with self.assertRaises(errors.InvalidArgument):
             detection.corners_px = np.zeros(8)
 
+    def test_state_of_corners(self):
+        detection = samples.TagDetection(tag=7)
+        self.assertEqual(detection.corner_state, "measured")
+        detection.corner_state = "unreliable"
+        with self.assertRaisesRegex(errors.InvalidArgument, "unknown state 'good'"):
+            detection.corner_state = "good"
+        self.assertEqual(detection.corner_state, "unreliable")
+        detection.corners_px = np.array([[100, 60], [200, 60], [200, 160], [100, 160]])
+        with self.assertRaisesRegex(errors.InvalidArgument, "unreliable"):
+            pose.estimate_tag_pose(detection, 0.2, LENS)
+
 
 class Groups(unittest.TestCase):
     def test_non_finite_numbers_are_refused(self):

@@ -25,7 +25,7 @@ class Pickles(unittest.TestCase):
     def test_geometry_cameras_and_samples_round_trip(self):
         for value in (geometry.SO2(0.3), geometry.SO3.from_rpy(0.1, 0.2, 0.3), geometry.SE2(1, 2, 3), geometry.SE3.exp([1, 2, 3, 0.1, 0.2, 0.3]),
                       geometry.SE23(), camera.pinhole(320, 240, 300, 300, 160, 120), samples.Odometry(stamp_ns=3, speed_m_s=0.5),
-                      samples.TagDetection(tag=3, corners_px=np.arange(8.0).reshape(4, 2)), samples.MappedTag(size_m=0.2)):
+                      samples.TagDetection(tag=3, corners_px=np.arange(8.0).reshape(4, 2)), samples.TagDetection(corner_state="unreliable"), samples.MappedTag(size_m=0.2)):
             self.again(value)
 
     def test_maps_routes_and_results_round_trip(self):

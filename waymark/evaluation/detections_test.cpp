@@ -206,6 +206,19 @@ TEST(Scores, MeasureAKnownShift) {
   EXPECT_EQ(truth, scores.truth);
 }
 
+TEST(Scores, UnreliableCornersAreCountedButNotInTheErrors) {
+  ImageDetections image{
+      .detections = {detection(1, square(0, 0, 20), {0.3, -0.4}), detection(2, square(100, 0, 50), {3, 4})},
+      .truth = {true_tag(1, square(0, 0, 20)), true_tag(2, square(100, 0, 50))}};
+  image.detections[1].corner_state = CornerState::Unreliable;
+  const DetectionScores scores = score_detections(std::vector{image});
+  EXPECT_EQ(scores.correct, 2U);
+  EXPECT_EQ(scores.unreliable, 1U);
+  ASSERT_TRUE(scores.corners);
+  EXPECT_EQ(scores.corners->tags, 1U);
+  EXPECT_NEAR(scores.corners->worst_px, 0.5, 1e-12);
+}
+
 TEST(Scores, OutwardBiasMeasuresEnlargedTags) {
   const TrueTag truth = true_tag(1, square(10, 10, 20));
   const double grow = 0.1 / std::sqrt(2.0);

@@ -16,6 +16,8 @@ constexpr Duration kBetweenSnapshots = std::chrono::milliseconds(100);
 /// If the square of the ratio (2) between actual and assumed means of innovations exceeds this, problems()
 /// reports overconfidence.
 constexpr double kLastingTooLarge = 4;
+/// A larger share of detections with unreliable corners is reported.
+constexpr double kManyUnreliable = 0.02;
 /// Maximum time for which a frame waits for odometry.
 constexpr Duration kMaxWait = std::chrono::milliseconds(250);
 
@@ -259,7 +261,8 @@ std::vector<std::string> RiekfLocalizer::problems() const {
   report(input_.not_finite(), "motion sample", "ignored because they are not finite: {}");
   report(too_late_, "image", "ignored because they are more than 1 s late: {}");
   report(over_limit_, "tag", "ignored beyond the limit of 16 per image: {}");
-  report(unreliable_, "detection", "not used because their corners are unreliable: {}");
+  if (unreliable_ > kManyUnreliable * mapped_)
+    report(unreliable_, "detection", "not used because their corners are unreliable: {}");
   report(input_.jumps(), "time",
          "odometry jumped {}: farther than a robot can drive, or after seconds of silence (counter reset, "
          "another clock, or two drives in one recording). The pose was re-initialised after each jump");

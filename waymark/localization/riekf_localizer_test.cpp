@@ -311,6 +311,32 @@ TEST(RiekfLocalizer, ReportsAMapOfAnotherPlaceOrFamily) {
   EXPECT_FALSE(certain(nonsense));
 }
 
+TEST(RiekfLocalizer, UnreliableCornersAreNotUsedAndReported) {
+  const auto drive = [](bool marked) {
+    const MountedCamera camera{.camera = *mounted_sensor().camera,
+                               .base_T_cam = mounted_sensor().base_T_sensor};
+    RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
+    RingRobot robot;
+    Random random(8);
+    for (int i = 0; i < 400; ++i) {
+      filter.add(robot.drive(0.02, random));
+      if (robot.steps % 4 != 0) continue;
+      TagFrame frame = frame_of(camera, robot.truth, robot.seconds, random);
+      for (TagDetection& seen : frame.detections) {
+        if (!marked) continue;
+        for (auto& corner : seen.corners_px) corner.x() += 40;
+        seen.corner_state = CornerState::Unreliable;
+      }
+      filter.add(frame);
+    }
+    return findings(filter) + (filter.estimate() ? "localised" : "no estimate");
+  };
+  EXPECT_EQ(drive(false), "localised");
+  const std::string marked = drive(true);
+  EXPECT_THAT(marked, ::testing::HasSubstr("unreliable"));
+  EXPECT_THAT(marked, ::testing::EndsWith("no estimate"));
+}
+
 /// For three seconds, the encoders report standstill although the robot is driving; the tags reveal the
 /// motion.
 TEST(RiekfLocalizer, DetectsEncodersThatStopWhileTheRobotDrives) {

@@ -107,6 +107,18 @@ TEST(Teacher, TagPosesCountLikeCorners) {
   EXPECT_TRUE(summary.mappable);
 }
 
+TEST(Teacher, TagsWithUnreliableCornersCountSeparately) {
+  Teacher teacher(setup_with(false));
+  teacher.watch(
+      TagFrame{.stamp = at(0.1),
+               .detections = {{.tag = tag(1)}, {.tag = tag(2), .corner_state = CornerState::Unreliable}}});
+  const TeachSummary summary = teacher.summary();
+  EXPECT_EQ(summary.detections, 1);
+  EXPECT_EQ(summary.unreliable, 1);
+  EXPECT_FALSE(summary.seen.contains(tag(2)));
+  EXPECT_EQ(summary.low_observability_frames, 1);
+}
+
 /// Drives once around an 8 m circle with the anchor at its centre, and 1.5 m further, or `most_m` in total.
 TeachSummary driven_round(double most_m) {
   const double radius_m = 4 / std::numbers::pi;

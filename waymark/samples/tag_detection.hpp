@@ -24,6 +24,11 @@ enum class CornerState : std::uint8_t {
   Unreliable,  ///< the image contradicts them, so the error may exceed the covariance by far; the id is valid
 };
 
+/// Name of a state: "measured" or "unreliable".
+[[nodiscard]] constexpr const char* to_string(CornerState state) {
+  return state == CornerState::Measured ? "measured" : "unreliable";
+}
+
 /// One tag detected in one image.
 struct TagDetection {
   TagId tag;

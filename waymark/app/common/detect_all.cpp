@@ -69,8 +69,6 @@ TagDetection detection_at_origin() {
   return detection;
 }
 
-constexpr std::string_view kUnreliable = "unreliable";
-
 struct DetectionLine {
   TagDetection detection = detection_at_origin();
   std::optional<RefinementOutcome> refinement{};
@@ -101,7 +99,8 @@ ReportFields fields(const DetectionLine& line) {
        if_any(part(line.refinement, refinement))},
       {"corners",
        "unreliable if the image contradicts corners_px, so that no pose uses them; absent otherwise",
-       if_any(usable_corners(detection) ? std::nullopt : std::optional(std::string(kUnreliable)))}};
+       if_any(usable_corners(detection) ? std::nullopt
+                                        : std::optional(std::string(to_string(detection.corner_state))))}};
   for (ReportField& field : pose_fields(line.pose)) all.push_back(std::move(field));
   return all;
 }
@@ -209,8 +208,8 @@ Result<TagDetection> read_detection(const json& object, const Place& place, std:
         numbers.data());  // symmetric, so the storage order does not matter
   }
   if (reader.has("corners")) {
-    const bool unreliable = reader.text("corners") == kUnreliable;
-    detection.corner_state = unreliable ? CornerState::Unreliable : CornerState::Measured;
+    if (reader.text("corners") == to_string(CornerState::Unreliable))
+      detection.corner_state = CornerState::Unreliable;
   }
   if (!reader.status()) return tl::unexpected(reader.status().error());
   return detection;

@@ -33,6 +33,7 @@ ImageReport some_report(std::uint64_t seed, bool with_covariance) {
     tag.tag = {kAllFamilies.at(random.index(kAllFamilies.size())), static_cast<int>(random.index(30))};
     tag.hamming = static_cast<int>(random.index(3));
     tag.decision_margin = random.uniform(0, 100);
+    if (i == 1) tag.corner_state = CornerState::Unreliable;
     for (auto& corner : tag.corners_px) corner = {random.uniform(-10, 700), random.uniform(-10, 500)};
     if (with_covariance) {
       const CornerCovariance root =
@@ -60,6 +61,7 @@ TEST(DetectionsJson, RoundTrips) {
       const TagDetection& b = report.detections[i];
       RC_ASSERT(a.tag == b.tag);
       RC_ASSERT(a.hamming == b.hamming);
+      RC_ASSERT(a.corner_state == b.corner_state);
       for (std::size_t c = 0; c < 4; ++c) RC_ASSERT((a.corners_px[c] - b.corners_px[c]).norm() <= 1e-6);
       RC_ASSERT(a.corner_covariance_px2 ==
                 b.corner_covariance_px2);  // the shortest decimal form that yields the same double
@@ -78,6 +80,7 @@ TEST(DetectionsJson, HasTheDocumentedKeys) {
   EXPECT_THAT(keys, ::testing::ElementsAre("tag", "family", "id", "hamming", "decision_margin", "corners_px",
                                            "center_px", "corner_sigma_px"));
   EXPECT_TRUE(line_of(report, true)["detections"][0].contains("corner_covariance_px2"));
+  EXPECT_EQ(value["detections"][1]["corners"], "unreliable");
 }
 
 TEST(DetectionsJson, ALineOfALiveCameraHasTheAgeOfItsImage) {

@@ -299,6 +299,9 @@ TEST(DetectionsText, UnrefinedCornersAreReportedWithTheReason) {
   EXPECT_THAT(lines[2], Not(HasSubstr("not refined")));
   EXPECT_THAT(lines[3], HasSubstr(std::string("corners not refined: ") +
                                   std::string(to_string(RefinementOutcome::TooSmall))));
+  report.refinements[1] = RefinementOutcome::MovedTooFar;
+  report.detections[1].corner_state = CornerState::Unreliable;
+  EXPECT_THAT(lines_of(to_text(report))[3], HasSubstr("corners unreliable: moved_too_far"));
 }
 
 TEST(DetectionsText, PosesHaveBothSolutionsOrTheErrorMessage) {

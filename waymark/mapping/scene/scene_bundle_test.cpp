@@ -71,6 +71,16 @@ TEST(SceneObservations, ADuplicateIdInAViewCountsOnce) {
   EXPECT_EQ(seen.repeated, 1);
 }
 
+TEST(SceneObservations, UnreliableCornersAreSkippedAndCounted) {
+  TagScene s = scene();
+  TagDetection unreliable = square(7, 50);
+  unreliable.corner_state = CornerState::Unreliable;
+  const SceneObservations seen = observations_of(one_view({unreliable, square(30, 50)}), s);
+  ASSERT_EQ(seen.seen.size(), 1U);
+  EXPECT_EQ(seen.seen[0].body, 0U);
+  EXPECT_EQ(seen.unreliable, 1);
+}
+
 TEST(SceneObservations, ARemapAppliesDuringItsTime) {
   TagScene s = scene();
   s.remaps = {{.id = 7, .becomes = 70, .from = at_ms(900), .to = at_ms(1000)}};

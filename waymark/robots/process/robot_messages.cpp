@@ -277,8 +277,6 @@ std::vector<double> entries(const json& object, const char* key, std::size_t cou
   return numbers.size() == count ? numbers : std::vector<double>();
 }
 
-constexpr const char* kUnreliable = "unreliable";
-
 /// A tag in a `detections` line. Reports errors to `fields`.
 TagDetection detection_of(MessageFields& fields, const json& tag) {
   TagDetection detection;
@@ -305,7 +303,7 @@ TagDetection detection_of(MessageFields& fields, const json& tag) {
   if (const json& sigma = at("corner_sigma_px"); sigma.is_number() && sigma.get<double>() > 0)
     detection.corner_covariance_px2 =
         CornerCovariance::Identity() * sigma.get<double>() * sigma.get<double>();
-  if (at("corners") == kUnreliable) detection.corner_state = CornerState::Unreliable;
+  if (at("corners") == to_string(CornerState::Unreliable)) detection.corner_state = CornerState::Unreliable;
   return detection;
 }
 
@@ -650,7 +648,7 @@ ordered_json of(const TagFrame& frame) {
                         {"corners_px", std::move(corners)}};
     if (detection.corner_covariance_px2)
       tag["corner_sigma_px"] = std::sqrt(detection.corner_covariance_px2->trace() / 8);
-    if (!usable_corners(detection)) tag["corners"] = kUnreliable;
+    if (!usable_corners(detection)) tag["corners"] = to_string(detection.corner_state);
     tags.push_back(std::move(tag));
   }
   line["tags"] = std::move(tags);

@@ -96,6 +96,9 @@ TEST(RobotMessages, ReadWhatTheyWrite) {
   ASSERT_EQ(frame_back.detections.size(), 1U);
   EXPECT_EQ(frame_back.detections[0].tag, frame.detections[0].tag);
   EXPECT_EQ(frame_back.detections[0].corners_px, frame.detections[0].corners_px);
+  EXPECT_TRUE(usable_corners(frame_back.detections[0]));
+  frame.detections[0].corner_state = CornerState::Unreliable;
+  EXPECT_FALSE(usable_corners(std::get<TagFrame>(reader.sample(to_line(Sample(frame)))).detections.at(0)));
   const SE3 cam_T_tag(SO3::from_rpy(0.1, -0.7, 2), Eigen::Vector3d(-0.257, 0.049, 1.635));
   const TagPoseFrame poses{stamp, "cam", {{{FamilyId::TagCustom48h12, 7}, cam_T_tag}}};
   const auto poses_back = std::get<TagPoseFrame>(reader.sample(to_line(Sample(poses))));
