@@ -13,7 +13,7 @@ import unittest
 
 import numpy as np
 
-from waymark import camera, config, errors, families, geometry, localization, mapping, recording, replay, samples, simulation, tags
+from waymark import camera, config, errors, families, geometry, localization, mapping, pose, recording, replay, samples, simulation, tags
 
 LENS = camera.pinhole(320, 240, 300, 300, 160, 120)
 

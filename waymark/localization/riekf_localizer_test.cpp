@@ -313,15 +313,13 @@ TEST(RiekfLocalizer, ReportsAMapOfAnotherPlaceOrFamily) {
 
 TEST(RiekfLocalizer, UnreliableCornersAreNotUsedAndReported) {
   const auto drive = [](bool marked) {
-    const MountedCamera camera{.camera = *mounted_sensor().camera,
-                               .base_T_cam = mounted_sensor().base_T_sensor};
     RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
     RingRobot robot;
     Random random(8);
     for (int i = 0; i < 400; ++i) {
       filter.add(robot.drive(0.02, random));
       if (robot.steps % 4 != 0) continue;
-      TagFrame frame = frame_of(camera, robot.truth, robot.seconds, random);
+      TagFrame frame = observe({}, robot.truth, robot.seconds, random);
       for (TagDetection& seen : frame.detections) {
         if (!marked) continue;
         for (auto& corner : seen.corners_px) corner.x() += 40;
