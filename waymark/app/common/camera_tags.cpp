@@ -175,7 +175,8 @@ ReportFields fields(const ConvertedVideo& converted) {
           {"output_format", "mcap", "mcap"},
           {"images", "Videos and cameras: images that were searched for tags", found.images},
           {"tags", "Videos and cameras: detections in all images", found.tags},
-          {"unreliable_tags", "Videos: number of these tags with unreliable corners", found.unreliable},
+          {"unreliable_tags", "Videos and cameras: number of these tags with unreliable corners",
+           found.unreliable},
           {"problems", "Defects of the video", problems}};
 }
 

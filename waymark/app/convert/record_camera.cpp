@@ -45,6 +45,8 @@ ReportFields fields(const RecordCameraReport& report) {
       {"output_format", "mcap", "mcap"},
       {"images", "Videos and cameras: number of images searched for tags", report.end.images},
       {"tags", "Videos and cameras: number of detections in all images", report.end.tags},
+      {"unreliable_tags", "Videos and cameras: number of these tags with unreliable corners",
+       report.end.unreliable},
       {"seconds", "Cameras: time from the first image to the last [s]", report.end.seconds},
       {"dropped", "Cameras: number of images replaced by newer ones before they were read", counts.dropped},
       {"lost", "Cameras: number of images missing from the driver's sequence numbers", counts.lost},

@@ -76,9 +76,11 @@ class CameraDetection {
 std::string to_text(const DetectedCamera& camera, bool several) {
   const CameraWatchEnd& end = *camera.end;
   return fmt::format(
-      "{}{} in {:.1f} s, {}; {} skipped in favour of newer ones, {} lost by the driver, {} damaged",
+      "{}{} in {:.1f} s, {}{}; {} skipped in favour of newer ones, {} lost by the driver, {} damaged",
       several ? camera.address + ": " : "", counted(end.images, "image"), end.seconds,
-      counted(end.tags, "tag"), end.counts.dropped, end.counts.lost, end.counts.damaged);
+      counted(end.tags, "tag"),
+      end.unreliable > 0 ? fmt::format(" ({} with unreliable corners)", end.unreliable) : "",
+      end.counts.dropped, end.counts.lost, end.counts.damaged);
 }
 
 Result<std::vector<DetectedCamera>> detect_cameras(const DetectCamerasJob& job, const TagFinder& finder,

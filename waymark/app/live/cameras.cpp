@@ -267,6 +267,7 @@ class Watcher {
     last_ = seen.frame.stamp;
     ++end_.images;
     end_.tags += seen.found.detections.size();
+    end_.unreliable += count_unreliable(seen.found.detections);
     return watch_.on_image(seen);
   }
 

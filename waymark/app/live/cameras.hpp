@@ -116,7 +116,8 @@ struct CameraWatch {
 struct CameraWatchEnd {
   std::size_t images = 0;
   std::size_t tags = 0;
-  double seconds = 0;  ///< time from the first to the last image
+  std::size_t unreliable = 0;  ///< number of these tags with unreliable corners
+  double seconds = 0;          ///< time from the first to the last image
   CameraCounts counts{};
   bool stopped = false;  ///< whether should_stop() ended the watch
 };
