@@ -9,6 +9,7 @@
 
 #include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/refinement/bit_placement.hpp"
+#include "waymark/tags/refinement/cell_steps.hpp"
 #include "waymark/tags/refinement/curved_border.hpp"
 #include "waymark/tags/refinement/inner_bits.hpp"
 #include "waymark/tags/refinement/lens_bends.hpp"
@@ -269,9 +270,12 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
   if (result.refined()) return result;
   RefinedCorners kept;
   kept.outcome = result.outcome;
-  kept.state = result.outcome == RefinementOutcome::MovedTooFar ? CornerState::Unreliable : result.state;
   kept.corners_px = detection.corners_px;
   kept.covariance_px2 = unrefined_sigma_px * unrefined_sigma_px * CornerCovariance::Identity();
+  const bool doubtful =
+      result.state == CornerState::Unreliable || result.outcome == RefinementOutcome::MovedTooFar;
+  if (doubtful && contradicts(place_by_steps(image, print, kept.corners_px), kept.covariance_px2))
+    kept.state = CornerState::Unreliable;
   return kept;
 }
 

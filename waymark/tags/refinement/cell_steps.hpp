@@ -1,0 +1,25 @@
+#pragma once
+
+#include "waymark/image/image.hpp"
+#include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/refinement/edge_model.hpp"
+
+namespace waymark::refinement {
+
+/// Where the steps between cells of different colour place the corners of a tag.
+struct StepPlacement {
+  Quad shift_px{};      ///< from the given corners to those of the steps; at most about half a cell
+  double sigma_px = 0;  ///< standard deviation of a coordinate of a shift, from the scatter of the steps
+  double share = 0;     ///< share of the expected steps that are visible and lie near this placement
+};
+
+/// Measures each step along its normal from the pixels next to it. Unlike the fits of refinement, this does
+/// not assume levels that are common to the tag, so shadows, glare and covered parts only lose steps. Only
+/// the inside of the border and its sides are used. O(cells), allocates nothing.
+[[nodiscard]] StepPlacement place_by_steps(const ImageView& image, const PrintedTag& print,
+                                           const Quad& corners_px);
+
+/// Whether the steps contradict corners with this covariance.
+[[nodiscard]] bool contradicts(const StepPlacement& steps, const CornerCovariance& covariance_px2);
+
+}  // namespace waymark::refinement
