@@ -135,6 +135,26 @@ std::optional<NoTagReason> reason_in_families(const std::vector<Image>& images,
 
 }  // namespace
 
+std::string_view to_string(NoTagCause cause) {
+  switch (cause) {
+    case NoTagCause::OtherFamily:
+      return "other_family";
+    case NoTagCause::Mirrored:
+      return "mirrored";
+    case NoTagCause::Inverted:
+      return "inverted";
+    case NoTagCause::Small:
+      return "small";
+    case NoTagCause::Dark:
+      return "dark";
+    case NoTagCause::Faint:
+      return "faint";
+    case NoTagCause::Blurred:
+      return "blurred";
+  }
+  return "";
+}
+
 void NoTagDiagnosis::add(const ImageView& image, std::size_t tags) {
   found_ = found_ || tags > 0;
   if (found_) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "waymark/image/image.hpp"
@@ -21,6 +22,9 @@ enum class NoTagCause : std::uint8_t {
   Faint,        ///< the images use few grey levels
   Blurred,      ///< all edges are wider than about ten pixels
 };
+
+/// "other_family", "mirrored", …: the value of `no_tag_cause` in JSON.
+[[nodiscard]] std::string_view to_string(NoTagCause cause);
 
 /// A cause, and a message that states it and what to do.
 struct NoTagReason {

@@ -158,6 +158,8 @@ class ImageReader {
     if (summary.images == 0 && summary.failed > 0)
       return fail(ErrorCode::NotFound, "none of the inputs could be read", {},
                   "Give images, videos or recordings of the board.");
+    if (!target_.is_board())
+      if (const auto reason = no_tag_reason(summary, finder)) control_.note("note: " + reason->message);
     if (!without_target_.empty() && std::ranges::all_of(seen_.marks, &TargetMarks::empty))
       return fail(ErrorCode::NotFound, "no image shows the target", {.source = without_target_name_},
                   target_.absence_advice(without_target_.view()));

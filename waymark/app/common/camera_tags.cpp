@@ -200,8 +200,10 @@ class SampleTags {
     if (!fits) return tl::unexpected(fits.error());
     Result<FoundTags> found = sequence_.find(frame->image.view(), &camera_);
     if (!found) return tl::unexpected(found.error());
+    no_tags_.add(frame->image, found->detections.size() + found->beyond_lens);
     return TagFrame{frame->stamp, frame->camera, std::move(found->detections)};
   }
+  [[nodiscard]] const NoTagDiagnosis& no_tags() const { return no_tags_; }
 
  private:
   Status check_name(const std::string& name) {
@@ -217,6 +219,7 @@ class SampleTags {
   const CameraModel& camera_;
   bool has_tags_;
   std::optional<std::string> name_{};
+  NoTagDiagnosis no_tags_{};
 };
 
 Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& finder,
@@ -245,6 +248,8 @@ Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& f
   if (all.images == 0)
     return fail(ErrorCode::Unreadable, "this recording contains no intact image", {.source = path});
   if (all.unreliable > 0) control.note("note: " + unreliable_note(all.unreliable));
+  if (const auto reason = tags_of.no_tags().reason(finder.tracking.detector))
+    control.note("note: " + reason->message);
   return all;
 }
 

@@ -246,6 +246,7 @@ ReportFields fields(const ImageLine& line) {
   const auto seconds = [](SensorTime stamp) {
     return static_cast<double>(stamp.time_since_epoch().count()) / 1e9;
   };
+  const auto cause = [](const NoTagReason& reason) { return std::string(to_string(reason.cause)); };
   const bool is_read = report.width_px > 0;
   std::optional<std::vector<DetectionLine>> detections;
   if (report.detected) detections.emplace();
@@ -265,6 +266,10 @@ ReportFields fields(const ImageLine& line) {
        if_any(is_read ? std::optional(report.height_px) : std::nullopt)},
       {"detections", "Tags by family, id and position; absent if the image is unreadable or too large",
        if_any(detections)},
+      {"no_tag_cause",
+       "Last image, if no image of the run contains a tag: other_family, mirrored, inverted, small, dark, "
+       "faint or blurred; absent if the cause is unknown",
+       if_any(part(report.no_tag_reason, cause))},
       {"error", "What failed for this input; absent if nothing did", if_any(report.error)},
       {"age_ms", "Cameras: time from the middle of the exposure until the tags were found",
        if_any(line.age_ms)}};
@@ -491,12 +496,14 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
     if (report.detected) summary.no_tags.add(image, report.detections.size() + report.beyond_lens);
     count(report, control, summary);
   }
-  if (!summary.stopped)
-    if (const auto reason = summary.no_tags.reason(finder.tracking.detector))
-      control.note("note: " + reason->message);
   if (summary.beyond_lens > 0) control.note("note: " + beyond_lens_note(summary.beyond_lens));
   if (summary.unreliable > 0) control.note("note: " + unreliable_note(summary.unreliable));
   return summary;
+}
+
+std::optional<NoTagReason> no_tag_reason(const DetectSummary& summary, const TagFinder& finder) {
+  if (summary.stopped) return std::nullopt;
+  return summary.no_tags.reason(finder.tracking.detector);
 }
 
 Result<TagFinder> described_finder(DetectorOptions options, const RefinementOptions& refinement,

@@ -34,6 +34,8 @@ struct ImageReport {
   std::vector<TagDetection> detections = {};
   std::vector<RefinementOutcome> refinements = {};  ///< one per detection; empty if nothing was refined
   std::size_t beyond_lens = 0;                      ///< number of tags dropped: see FoundTags::beyond_lens
+  /// Only in the last report of a run: why no image contains a tag.
+  std::optional<NoTagReason> no_tag_reason = {};
   std::optional<Error> error = {};  ///< failure for this image; other members that are set remain valid
 };
 
@@ -63,7 +65,7 @@ struct DetectSummary {
   bool stopped = false;             ///< cancelled before the end of the list
   bool annotations_failed = false;  ///< a folder for annotated images could not be created
   std::set<std::string> noted{};    ///< errors already printed as notes, so that each is printed only once
-  NoTagDiagnosis no_tags{};         ///< used to determine why no image contains a tag
+  NoTagDiagnosis no_tags{};         ///< for no_tag_reason()
 };
 
 /// Called with each report, in the order of the inputs; `image` is empty if it could not be read, and is
@@ -78,6 +80,10 @@ using EachImage = std::function<bool(std::size_t index, ImageReport& report, con
 [[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
                                        const CameraModel* camera, const JobControl& control,
                                        const EachImage& each);
+
+/// Why no image of a run contains a tag. `nullopt` if a tag was found, the run was stopped, or the cause is
+/// unknown. May take about a second.
+[[nodiscard]] std::optional<NoTagReason> no_tag_reason(const DetectSummary& summary, const TagFinder& finder);
 
 /// A note that this many tags were dropped: see FoundTags::beyond_lens.
 [[nodiscard]] std::string beyond_lens_note(std::size_t tags);

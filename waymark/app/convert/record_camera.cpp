@@ -26,6 +26,7 @@ Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double dura
     return end ? Status() : tl::unexpected(end.error());
   });
   if (!written) return tl::unexpected(written.error());
+  if (const std::string note = no_tags_note(*end, finder); !note.empty()) control.note(note);
   return RecordCameraReport{
       .input = job.input, .output = job.output, .description = (*camera)->description(), .end = *end};
 }

@@ -34,6 +34,7 @@ class CameraDetection {
       return control_.cancelled();
     };
     const auto end = watch_camera(camera_, finder, watch);
+    if (const std::string note = end ? no_tags_note(*end, finder) : ""; !note.empty()) report_text(note);
     if (page_ == nullptr) return end;
     const auto recorded = page_->close();
     if (!recorded) return end ? tl::unexpected(recorded.error()) : end;

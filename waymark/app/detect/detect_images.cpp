@@ -88,6 +88,45 @@ Status write_annotated(Annotations& annotations, const std::string& name, const 
   return write_image(annotations.folder / annotation_name(name, report, input), *drawn);
 }
 
+/// Passes reports on. Until a tag is found, each report is kept until the next one arrives, because the last
+/// report of a run without tags contains the cause.
+class ReportQueue {
+ public:
+  explicit ReportQueue(const EachDetected& each) : each_(each) {}
+
+  /// Returns whether to continue.
+  bool add(const ImageReport& report, PoseList poses) {
+    found_ = found_ || !report.detections.empty() || report.beyond_lens > 0;
+    send_kept();
+    if (found_)
+      going_ = going_ && each_(report, poses);
+    else if (going_)
+      kept_ = Kept{report, std::move(poses)};
+    return going_;
+  }
+  [[nodiscard]] bool going() const { return going_; }
+  void end(std::optional<NoTagReason> reason) {
+    if (kept_) kept_->report.no_tag_reason = std::move(reason);
+    send_kept();
+  }
+
+ private:
+  struct Kept {
+    ImageReport report{};
+    PoseList poses{};
+  };
+
+  void send_kept() {
+    if (kept_) going_ = each_(kept_->report, kept_->poses);
+    kept_.reset();
+  }
+
+  const EachDetected& each_;
+  std::optional<Kept> kept_{};
+  bool found_ = false;
+  bool going_ = true;
+};
+
 }  // namespace
 
 PoseList poses_for(ImageReport& report, const PoseSetup& setup) {
@@ -104,8 +143,9 @@ Result<DetectSummary> detect_images(const DetectJob& job, const TagFinder& finde
   const std::vector<Input> inputs = find_inputs(job.sources, job.recursive);
   auto annotations = prepare_annotations(job.annotate_folder, inputs, control);
   if (!annotations) return tl::unexpected(annotations.error());
+  ReportQueue reports(each);
   const auto on_image = [&](std::size_t i, ImageReport& report, const ImageView& image) {
-    const PoseList poses = job.poses ? poses_for(report, *job.poses) : PoseList();
+    PoseList poses = job.poses ? poses_for(report, *job.poses) : PoseList();
     const bool annotate = annotations->video || !annotations->folder.empty();
     if (annotate && report.detected) {
       const auto axes =
@@ -114,10 +154,13 @@ Result<DetectSummary> detect_images(const DetectJob& job, const TagFinder& finde
       const Status written = write_annotated(*annotations, name, inputs[i], report, image, axes);
       if (!written && !report.error) report.error = written.error();
     }
-    return each(report, poses);
+    return reports.add(report, std::move(poses));
   };
   DetectSummary summary =
       detect_all(inputs, finder, job.poses ? &job.poses->camera : nullptr, control, on_image);
+  const auto reason = reports.going() ? no_tag_reason(summary, finder) : std::nullopt;
+  if (reason) control.note("note: " + reason->message);
+  reports.end(reason);
   summary.annotations_failed = annotations->failed;
   const Status closed = annotations->video ? annotations->video->close() : Status();
   if (!closed) {

@@ -34,7 +34,7 @@ struct DetectJob {
 };
 
 /// Called for each image, in order. `poses` either has one entry per detection or is empty. Returns whether
-/// to continue.
+/// to continue. Until a tag is found, each call is delayed until the next image.
 using EachDetected = std::function<bool(const ImageReport& report, const PoseList& poses)>;
 
 /// Detects tags in the images. If an image fails, it is counted and noted, and its report contains the

@@ -160,6 +160,25 @@ TEST_F(DetectThroughALens, IgnoresALensForAnotherImageSize) {
   EXPECT_EQ(rms_px("tags.png", half), rms_px("tags.png", std::nullopt));
 }
 
+TEST_F(DetectImages, TheLastReportHasTheCauseIfNoImageContainsATag) {
+  Image dark(64, 48);
+  ASSERT_TRUE(write_image(folder_ / "dark.png", dark));
+  const auto causes_of = [&](const std::vector<std::string>& sources) {
+    std::vector<std::string> causes;
+    const auto summary =
+        detect_images({.sources = sources}, finder_, {}, [&](const ImageReport& report, const PoseList&) {
+          const auto& reason = report.no_tag_reason;
+          causes.push_back(report.image + (reason ? fmt::format(" {}", to_string(reason->cause)) : ""));
+          return true;
+        });
+    EXPECT_TRUE(summary);
+    return causes;
+  };
+  const std::string image = at("dark.png");
+  EXPECT_THAT(causes_of({image, image}), ::testing::ElementsAre(image, image + " dark"));
+  EXPECT_THAT(causes_of({image, at("tag.png"), image}), ::testing::ElementsAre(image, at("tag.png"), image));
+}
+
 TEST_F(DetectImages, RefusesToOverwriteInputs) {
   const DetectJob job{.sources = {at("tag.png")}, .annotate_folder = folder_.string()};
   const auto summary =

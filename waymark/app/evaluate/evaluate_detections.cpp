@@ -28,6 +28,7 @@ Reports detect(const EvaluateDetectionsJob& job, const TagFinder& finder, const 
                              all.reports.push_back(report);
                              return true;
                            });
+  if (const auto reason = no_tag_reason(all.summary, finder)) control.note("note: " + reason->message);
   return all;
 }
 

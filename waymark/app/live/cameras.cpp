@@ -268,6 +268,7 @@ class Watcher {
     ++end_.images;
     end_.tags += seen.found.detections.size();
     end_.unreliable += count_unreliable(seen.found.detections);
+    end_.no_tags.add(seen.frame.image, seen.found.detections.size() + seen.found.beyond_lens);
     return watch_.on_image(seen);
   }
 
@@ -289,6 +290,11 @@ class Watcher {
 };
 
 }  // namespace
+
+std::string no_tags_note(const CameraWatchEnd& end, const TagFinder& finder) {
+  const auto reason = end.no_tags.reason(finder.tracking.detector);
+  return reason ? "note: " + reason->message : std::string();
+}
 
 Result<CameraWatchEnd> watch_camera(LiveCamera& camera, const TagFinder& finder, const CameraWatch& watch) {
   return Watcher(camera, finder, watch).run();

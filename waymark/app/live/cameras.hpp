@@ -13,6 +13,7 @@
 #include "waymark/base/time.hpp"
 #include "waymark/cameras/v4l2/device_list.hpp"
 #include "waymark/samples/live_camera.hpp"
+#include "waymark/tags/no_tags.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {
@@ -119,8 +120,12 @@ struct CameraWatchEnd {
   std::size_t unreliable = 0;  ///< number of these tags with unreliable corners
   double seconds = 0;          ///< time from the first to the last image
   CameraCounts counts{};
-  bool stopped = false;  ///< whether should_stop() ended the watch
+  bool stopped = false;      ///< whether should_stop() ended the watch
+  NoTagDiagnosis no_tags{};  ///< used to determine why no image contains a tag
 };
+
+/// A note that states why no image contains a tag; empty if a tag was found or the cause is unknown.
+[[nodiscard]] std::string no_tags_note(const CameraWatchEnd& end, const TagFinder& finder);
 
 /// Detects the tags in the newest image from a camera, over and over. Fails if the camera fails, if it
 /// delivers no image for ten seconds, or if on_image() fails.

@@ -97,6 +97,7 @@ Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraMod
   const auto closed = output->close(!end);
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
+  if (const std::string note = no_tags_note(*end, *finder); !note.empty()) control.note(note);
   return LocalizeCameraReport{.end = *end, .known = log.known()};
 }
 
