@@ -51,10 +51,10 @@ constexpr std::array kPixelLayouts = {
     PixelLayout{"bayer_bggr16", 2, PixelKind::Bayer16, 0, 0, 1, 1},
 };
 
-Result<PixelLayout> layout_of(const RawPixels& pixels) {
+Result<PixelLayout> layout_of(std::string_view encoding) {
   for (const PixelLayout& layout : kPixelLayouts)
-    if (layout.encoding == pixels.encoding) return layout;
-  return fail(ErrorCode::Unsupported, fmt::format("unsupported image encoding '{}'", pixels.encoding),
+    if (layout.encoding == encoding) return layout;
+  return fail(ErrorCode::Unsupported, fmt::format("unsupported image encoding '{}'", encoding),
               {.key = "encoding"},
               fmt::format("Supported: {}, and compressed JPEG or PNG.", fmt::join(raw_encodings(), ", ")));
 }
@@ -166,6 +166,11 @@ std::vector<std::string> raw_encodings() {
   return names;
 }
 
+Status check_raw_encoding(std::string_view encoding) {
+  const Result<PixelLayout> layout = layout_of(encoding);
+  return layout ? Status() : tl::unexpected(layout.error());
+}
+
 void narrow_grey(std::span<const std::uint16_t> samples, Image& to) {
   constexpr unsigned kFull = 65535;
   constexpr unsigned kNarrow = 8192;  // an eighth
@@ -188,7 +193,7 @@ void narrow_grey(std::span<const std::uint16_t> samples, Image& to) {
 }
 
 Result<Image> grey_of(const RawPixels& pixels) {
-  const Result<PixelLayout> layout = layout_of(pixels);
+  const Result<PixelLayout> layout = layout_of(pixels.encoding);
   if (!layout) return tl::unexpected(layout.error());
   if (Status sound = check_bytes(pixels, *layout); !sound) return tl::unexpected(sound.error());
   Image image(pixels.width, pixels.height);

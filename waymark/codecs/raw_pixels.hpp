@@ -33,6 +33,8 @@ struct RawPixels {
 
 /// The encodings that grey_of() supports.
 [[nodiscard]] std::vector<std::string> raw_encodings();
+/// Fails (Unsupported) on other encodings.
+[[nodiscard]] Status check_raw_encoding(std::string_view encoding);
 
 /// Converts 16-bit samples, row by row, to 8-bit grey. The full range is mapped to the full range, unless the
 /// samples use less than an eighth of it, as with 10-bit and 12-bit sensors and thermal cameras. Then the

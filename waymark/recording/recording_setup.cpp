@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/codecs/image_codec.hpp"
+#include "waymark/codecs/raw_pixels.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
 
@@ -83,6 +84,11 @@ Status add_transforms(CameraFacts& facts, ByteSpan cdr) {
   return {};
 }
 
+Error on_topic(Error error, std::string_view topic) {
+  error.place = {.key = std::string(topic)};
+  return error;
+}
+
 Status add_image(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
   const auto head = cdr::decode<ImageHead>(cdr);
   if (!head) return tl::unexpected(head.error());
@@ -90,6 +96,8 @@ Status add_image(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
   facts.views.push_back({std::string(topic), frame_name(head->header.frame_id), true, head->encoding,
                          static_cast<int>(std::min(head->width, kMaxSide)),
                          static_cast<int>(std::min(head->height, kMaxSide))});
+  if (Status readable = check_raw_encoding(head->encoding); !readable)
+    facts.views.back().error = on_topic(readable.error(), topic);
   return {};
 }
 
@@ -101,6 +109,8 @@ Status add_compressed(CameraFacts& facts, std::string_view topic, ByteSpan cdr) 
   if (const Result<ImageInfo> info = probe(message->data, topic)) {
     view.width_px = info->width;
     view.height_px = info->height;
+  } else {
+    view.error = on_topic(info.error(), topic);
   }
   facts.views.push_back(std::move(view));
   return {};
@@ -307,6 +317,22 @@ void CameraSelector::keep_one_copy() {
   std::erase_if(views_, [&](const RecordedView& view) { return chosen_.unused.contains(view.topic); });
 }
 
+/// Whether the cameras map a ray to different pixels. Models with and without zero coefficients do not
+/// differ.
+bool differ(const CameraModel& a, const CameraModel& b) {
+  constexpr double kSame_px = 0.01;
+  constexpr int kSteps = 8;
+  for (int i = 0; i <= kSteps * (kSteps + 2); ++i) {
+    const Eigen::Vector2d share(i % (kSteps + 1), i / (kSteps + 1));
+    const Eigen::Vector2d px = share.cwiseProduct(Eigen::Vector2d(a.width_px(), a.height_px())) / kSteps;
+    const auto ray = a.normalize(px);
+    if (!ray) continue;
+    const auto other = b.project({ray->x(), ray->y(), 1});
+    if (!other || (*other - px).norm() > kSame_px) return true;
+  }
+  return false;
+}
+
 void CameraSelector::choose_info() {
   std::vector<const RecordedCameraInfo*> fitting;
   for (const RecordedCameraInfo& info : facts_.infos) fitting.push_back(&info);
@@ -347,7 +373,8 @@ void CameraSelector::choose_info() {
   if (rectified && info.rectified) note("images are rectified: using the projection matrix of " + info.topic);
   const bool only_tags =
       !views_.empty() && std::ranges::none_of(views_, [](const RecordedView& view) { return view.image; });
-  if (only_tags && !rectified && info.rectified != info.camera) chosen_.rectified = info.rectified;
+  if (only_tags && !rectified && info.camera && info.rectified && differ(*info.camera, *info.rectified))
+    chosen_.rectified = info.rectified;
   check_size(info);
   if (facts_.infos.size() > 1) note("using the camera calibration of " + info.topic);
   if (views_.empty()) views_.push_back({info.topic, info.frame, false, {}});

@@ -34,6 +34,7 @@ struct RecordedView {
   std::string encoding{};  ///< encoding of raw images
   int width_px = 0;        ///< size of the first image; 0 if unknown
   int height_px = 0;
+  std::optional<Error> error{};  ///< why the images cannot be read
 };
 
 /// A topic with odometry or IMU data.

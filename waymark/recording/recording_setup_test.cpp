@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/golden_page.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
@@ -75,6 +77,27 @@ TEST(CameraChoice, DetectionsMayBeOfRectifiedImages) {
   EXPECT_FALSE(choose_camera(facts, {}).rectified) << "the topic of the images is known";
   facts.views = {{"/detections", "camera_color_optical_frame", false, {}}};
   EXPECT_EQ(choose_camera(facts, {}).rectified, facts.infos[0].rectified);
+  const auto flat = PinholeRadtan{.fx = 420, .fy = 420, .cx = 320, .cy = 240, .coefficients = 5};
+  facts.infos[0].camera = CameraModel::make(flat, 640, 480).value();
+  auto same = flat;
+  same.coefficients = 0;
+  facts.infos[0].rectified = CameraModel::make(same, 640, 480).value();
+  EXPECT_FALSE(choose_camera(facts, {}).rectified) << "both have the same pixels";
+}
+
+TEST(CameraFacts, AnUnsupportedEncodingIsKnownFromTheFirstImage) {
+  ros2::Image image;
+  image.width = image.height = 8;
+  image.encoding = "bayer_rggb4";
+  CameraFacts facts;
+  ASSERT_TRUE(add_fact(facts, "/camera/image_raw", ros2::Image::kType, cdr::encode(image)));
+  ASSERT_EQ(facts.views.size(), 1U);
+  ASSERT_TRUE(facts.views[0].error);
+  EXPECT_EQ(facts.views[0].error->place.key, "/camera/image_raw");
+  EXPECT_THAT(facts.views[0].error->message, HasSubstr("bayer_rggb4"));
+  image.encoding = "nv12";
+  ASSERT_TRUE(add_fact(facts, "/other/image_raw", ros2::Image::kType, cdr::encode(image)));
+  EXPECT_FALSE(facts.views[1].error);
 }
 
 TEST(CameraChoice, TheBaseIsTheChildFrameOfTheOdometry) {

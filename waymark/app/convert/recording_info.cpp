@@ -16,9 +16,17 @@
 namespace waymark {
 namespace {
 
-/// Adds problems with the recorded camera.
+/// Adds problems with the recorded camera. Images that cannot be read do not count as contents.
 void add_camera_problems(RecordingInfo& info) {
   const ChosenCamera& chosen = info.setup.chosen;
+  bool readable = false;
+  bool unreadable = false;
+  for (const RecordedView& view : info.setup.facts.views) {
+    if (!view.image || chosen.unused.contains(view.topic)) continue;
+    (view.error ? unreadable : readable) = true;
+    if (view.error) info.problems.push_back({LogProblem::Kind::Trap, "images", *view.error});
+  }
+  if (unreadable && !readable) info.contents.erase("images");
   for (const auto& problem : {chosen.ambiguous, chosen.camera_error, chosen.mounting_error})
     if (problem) info.problems.push_back({LogProblem::Kind::Trap, "camera", *problem});
 }
