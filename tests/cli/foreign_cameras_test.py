@@ -145,6 +145,9 @@ class Calibrations(Bags):
         standing(self.folder / "a.db3", mono8(PLAIN), info(2 * WIDTH, 2 * HEIGHT, matrix(2 * FOCAL, WIDTH - 0.5, HEIGHT - 0.5)))
         self.assert_refused((f"{WIDTH}x{HEIGHT}", f"{2 * WIDTH}x{2 * HEIGHT}"), LOCALIZE, MAP)
         self.assertFalse((self.folder / "m/map.yaml").exists())
+        # A driver that reports a binning although its calibration is that of the images.
+        standing(self.folder / "a.db3", mono8(PLAIN), info(binning=2))
+        self.assert_refused((f"{WIDTH}x{HEIGHT}, binning 2x2", f"{WIDTH // 2}x{HEIGHT // 2}"), LOCALIZE, MAP)
 
     def test_coefficients_and_names_of_the_models(self):
         for model, d in (("plumb_bob", BARREL), ("", BARREL), ("Brown-Conrady", BARREL), ("radial-tangential", BARREL[:4]), ("opencv", BARREL),

@@ -54,6 +54,17 @@ Result<CameraModel> camera_of(const ros2::CameraInfo& info) {
   return ros2::from_ros(info);
 }
 
+/// Binning and region of interest, for messages; empty if the whole image is sent.
+std::string part_text(const ros2::CameraInfo& info) {
+  std::string text;
+  if (info.binning_x > 1 || info.binning_y > 1)
+    text = fmt::format(", binning {}x{}", std::max(info.binning_x, 1U), std::max(info.binning_y, 1U));
+  const ros2::RegionOfInterest& roi = info.roi;
+  if (roi.width > 0 || roi.height > 0 || roi.x_offset > 0 || roi.y_offset > 0)
+    text += fmt::format(", region {}x{} at ({}, {})", roi.width, roi.height, roi.x_offset, roi.y_offset);
+  return text.empty() ? text : fmt::format(" ({}x{}{})", info.width, info.height, text);
+}
+
 Status add_info(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
   RecordedCameraInfo* known = with_topic(facts.infos, topic);
   if (known != nullptr && known->camera) return {};
@@ -66,6 +77,7 @@ Status add_info(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
   if (camera) {
     known->camera = std::move(*camera);
     known->rectified = rectified_camera(*message);
+    known->part = part_text(*message);
     known->error.reset();
   } else {
     known->error = camera.error();
@@ -391,7 +403,12 @@ void CameraSelector::check_size(const RecordedCameraInfo& info) {
     Status fits = check_camera_matches_image(*chosen_.camera, view.width_px, view.height_px);
     if (fits) continue;
     Error error = fits.error();
-    error.message = fmt::format("calibration and images ({}) do not match: {}", view.topic, error.message);
+    error.message =
+        fmt::format("calibration{} and images ({}) do not match: {}", info.part, view.topic, error.message);
+    if (!info.part.empty())
+      error.hint =
+          "If the calibration is that of the recorded images, pass it with `robot=FILE`: the camera "
+          "driver must set binning and region to 0.";
     error.place.key = info.topic;
     if (tags) {
       note(to_string(error));

@@ -24,6 +24,7 @@ struct RecordedCameraInfo {
   std::optional<CameraModel> camera{};     ///< for the unrectified images
   std::optional<CameraModel> rectified{};  ///< for the rectified images: projection matrix, no distortion
   std::optional<Error> error{};            ///< why there is no camera model
+  std::string part{};  ///< part of the image that is sent, for messages; empty if the whole image is
 };
 
 /// A topic with data from a camera: tags, tag poses or images.

@@ -5,6 +5,7 @@
 
 #include "tests/support/golden_page.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 #include "waymark/recording/ros2/messages.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
@@ -83,6 +84,23 @@ TEST(CameraChoice, DetectionsMayBeOfRectifiedImages) {
   same.coefficients = 0;
   facts.infos[0].rectified = CameraModel::make(same, 640, 480).value();
   EXPECT_FALSE(choose_camera(facts, {}).rectified) << "both have the same pixels";
+}
+
+TEST(CameraFacts, AMismatchWithTheImagesNamesThePartThatIsSent) {
+  ros2::CameraInfo info = ros2::to_ros(some_camera(), SensorTime{}, "cam");
+  info.binning_x = info.binning_y = 2;
+  ros2::Image image;
+  image.header = info.header;
+  image.width = 640;
+  image.height = 480;
+  image.encoding = "mono8";
+  CameraFacts facts;
+  ASSERT_TRUE(add_fact(facts, "/cam/camera_info", ros2::CameraInfo::kType, cdr::encode(info)));
+  ASSERT_TRUE(add_fact(facts, "/cam/image_raw", ros2::Image::kType, cdr::encode(image)));
+  const ChosenCamera chosen = choose_camera(facts, {});
+  ASSERT_TRUE(chosen.camera_error);
+  for (const char* part : {"640x480, binning 2x2", "320x240"})
+    EXPECT_THAT(chosen.camera_error->message, HasSubstr(part));
 }
 
 TEST(CameraFacts, AnUnsupportedEncodingIsKnownFromTheFirstImage) {
