@@ -281,7 +281,8 @@ TEST(MultiTagPose, UnreliableCornersAreNotUsed) {
   const MultiTagPose pose = estimate(marked);
   ASSERT_TRUE(pose.usable());
   EXPECT_THAT(pose.estimates[0].detections, ElementsAre(0, 1, 3));
-  EXPECT_THAT(pose.estimates[0].map_T_cam, SE3Near(estimate(without).estimates.at(0).map_T_cam, 1e-12, 1e-12));
+  EXPECT_THAT(pose.estimates[0].map_T_cam,
+              SE3Near(estimate(without).estimates.at(0).map_T_cam, 1e-12, 1e-12));
   ASSERT_EQ(pose.rejected.size(), 1U);
   EXPECT_EQ(pose.rejected[0].reason, RejectReason::UnreliableCorners);
   EXPECT_EQ(pose.rejected[0].detection, 2U);

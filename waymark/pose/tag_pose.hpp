@@ -86,8 +86,8 @@ struct TagPose {
 /// white border.
 ///
 /// Fails if the size is not positive and finite, the covariance is not positive definite, or an option is out
-/// of range. Also fails if the corners are unreliable, not finite, repeated, collinear, not in the order TL, TR, BR, BL,
-/// or outside the domain of the lens. Never returns NaN.
+/// of range. Also fails if the corners are unreliable, not finite, repeated, collinear, not in the order TL,
+/// TR, BR, BL, or outside the domain of the lens. Never returns NaN.
 [[nodiscard]] Result<TagPose> estimate_tag_pose(const TagDetection& detection, double size_m,
                                                 const CameraModel& camera,
                                                 const TagPoseOptions& options = {});

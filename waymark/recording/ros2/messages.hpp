@@ -251,7 +251,7 @@ struct TagCornerCovariances {
 };
 
 /// Waymark type for the tags that are missing from the AprilTagDetectionArray with the same stamp because
-/// their corners are unreliable. Programs that only know the array thus never use these corners.
+/// their corners are unreliable. Programs that read only the array thus never use these corners.
 struct UnreliableTags {
   static constexpr std::string_view kType = "waymark_msgs/msg/UnreliableTags";
   Header header{};

@@ -176,7 +176,7 @@ TEST(SampleRecorder, KeepsUnreliableTagsInTheirOrder) {
   }
 }
 
-// As a program that does not know the type of unreliable tags.
+// Like a program that does not support the type of unreliable tags.
 TEST(SampleRecorder, UnreliableTagsAreNotInTheDetections) {
   for (const TagFrame& frame : frames_with_unreliable_tags()) {
     std::vector<Sample> seen;

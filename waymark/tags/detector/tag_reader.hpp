@@ -187,8 +187,8 @@ class TagReader {
   std::optional<TagDetection> read(const ImageView& image, const Quad& quad, const ReadableFamily& family,
                                    bool inverted, ReadProgress& progress);
 
-  /// The same for a tag whose white is beyond the range of the image, so that black cells are brightened by
-  /// their neighbours and the threshold is near the brighter level. All bits must be correct.
+  /// The same for a tag whose white is beyond the range of the image. Its black cells are brightened by their
+  /// neighbours, so the threshold is near the brighter level. All bits must be correct.
   std::optional<TagDetection> read_overexposed(const ImageView& image, const Quad& quad,
                                                const ReadableFamily& family, bool inverted);
 

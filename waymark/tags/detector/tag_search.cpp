@@ -245,7 +245,7 @@ bool TagSearch::overexposed(const std::array<Eigen::Vector2d, 4>& corners_px) co
   });
 }
 
-/// White far beyond the range of the image spreads over the rims of black cells, so the visible border lies
+/// White far beyond the range of the image spreads over the rims of black cells. The visible border then lies
 /// inside the printed one by about the width of the blur.
 bool TagSearch::read_overexposed(const ImageView& image, const Attempt& attempt) {
   constexpr std::array<float, 3> kSpreadPx = {1.2F, 1.8F, 0.6F};

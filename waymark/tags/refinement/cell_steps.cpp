@@ -39,7 +39,7 @@ class CellColors {
   }
 
   [[nodiscard]] int width() const { return width_; }
-  /// The change from cell a to cell b: 1 to white, -1 to black, 0 if it is none or unknown.
+  /// The change from cell a to cell b: 1 to white, -1 to black, 0 if there is no change or it is unknown.
   [[nodiscard]] int change(int ax, int ay, int bx, int by) const {
     const Color a = get(ax, ay);
     const Color b = get(bx, by);

@@ -272,9 +272,9 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
   kept.outcome = result.outcome;
   kept.corners_px = detection.corners_px;
   kept.covariance_px2 = unrefined_sigma_px * unrefined_sigma_px * CornerCovariance::Identity();
-  const bool doubtful =
+  const bool is_suspect =
       result.state == CornerState::Unreliable || result.outcome == RefinementOutcome::MovedTooFar;
-  if (doubtful && contradicts(place_by_steps(image, print, kept.corners_px), kept.covariance_px2))
+  if (is_suspect && contradicts(place_by_steps(image, print, kept.corners_px), kept.covariance_px2))
     kept.state = CornerState::Unreliable;
   return kept;
 }

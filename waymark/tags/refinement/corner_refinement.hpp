@@ -98,8 +98,8 @@ struct RefinedCorners {
   /// The sides of the border are curved, because the sheet is bent or because the camera moved while a
   /// rolling shutter read the image. The corners are the intersections of the curves.
   bool curved = false;
-  /// Unreliable if the border and the bits contradict each other or the fit moved too far from every starting
-  /// point, the bits alone did not determine the corners either, and the steps between cells contradict the
+  /// Unreliable if neither the border nor the bits determined the corners (they contradict each other, or the
+  /// fit moved too far from every starting point). In addition, the steps between cells must contradict the
   /// kept corners beyond their covariance.
   CornerState state = CornerState::Measured;
 

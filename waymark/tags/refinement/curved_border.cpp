@@ -204,7 +204,7 @@ bool fit_curve(Side& side) {
 /// The corner at which a side begins, and its places along the two sides.
 bool intersect(Side& before, Side& after, Vector2d& corner) {
   constexpr int kIterations = 6;
-  constexpr double kFarthest = 1.4;
+  constexpr double kMaxDistance = 1.4;
   double a = before.end;
   double b = after.begin;
   for (int i = 0; i < kIterations; ++i) {
@@ -214,7 +214,7 @@ bool intersect(Side& before, Side& after, Vector2d& corner) {
     if (!step.allFinite()) return false;
     a += step.x();
     b += step.y();
-    if (!(std::abs(a) < kFarthest && std::abs(b) < kFarthest)) return false;
+    if (!(std::abs(a) < kMaxDistance && std::abs(b) < kMaxDistance)) return false;
   }
   before.end = a;
   after.begin = b;

@@ -264,8 +264,8 @@ std::array<Offset, 2> offsets(const InnerPixels::Block& block, const InnerVector
   }
 }
 
-/// Change in the share of white because columns and rows are not orthogonal, so that the displacements of a
-/// blurred point across them are correlated (first order of the bivariate normal distribution).
+/// Change in the share of white because columns and rows are not orthogonal. The displacements of a blurred
+/// point across them are then correlated (first order of the bivariate normal distribution).
 Lanes by_skew(const InnerPixels::Block& block, const std::array<std::array<Lanes, 3>, 2>& density) {
   Lanes sum = Lanes::Zero();
   for (std::size_t row = 0; row < 3; ++row)
@@ -471,7 +471,7 @@ InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, const Inn
   constexpr double kPriorPixels = 20;
   constexpr double kWhiteTolerance = 0.01;
   constexpr double kWhiteFactor = 8;
-  constexpr int kFewIterations = 3;  // white is known well enough
+  constexpr int kMaxIterationsWithFixedWhite = 3;  // white is known well enough
   InnerFit fit{{start, InnerMatrix::Zero()}, noise_variance, {}, start};
   InnerVector& x = fit.estimate.mean;
   const auto most = [&] {
@@ -486,9 +486,9 @@ InnerFit fit_inner(const InnerPixels& pixels, const InnerPrior& prior, const Inn
     for (const InnerUnknown blur : {kBlurS, kBlurT})
       x[blur] = std::clamp(x[blur], prior.mean[blur] - prior.blur_range, prior.mean[blur] + prior.blur_range);
     x[kGrowth] = std::clamp(x[kGrowth], -kMaxGrowth, kMaxGrowth);
-    if (prior.iterations > kFewIterations)
+    if (prior.iterations > kMaxIterationsWithFixedWhite)
       x[kWhite] = std::clamp(x[kWhite], prior.mean[kWhite] / kWhiteFactor, prior.mean[kWhite] * kWhiteFactor);
-    const bool white_settled = prior.iterations <= kFewIterations ||
+    const bool white_settled = prior.iterations <= kMaxIterationsWithFixedWhite ||
                                std::abs(x[kWhite] - fit.at[kWhite]) < kWhiteTolerance * x[kWhite];
     if (i > 0 && white_settled && std::abs(x[kGrowth] - fit.at[kGrowth]) < kToleranceBlurs) break;
   }
