@@ -7,6 +7,7 @@
 #include <iostream>
 #include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -19,6 +20,7 @@
 #include "waymark/evaluation/detections.hpp"
 #include "waymark/tags/make_detector.hpp"
 #include "waymark/tags/refinement/corner_refinement.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {
 namespace {
@@ -133,6 +135,37 @@ TEST_P(Overexposed, TagsAreFoundAndTheirCornersAreConsistent) {
   EXPECT_LT(ours.corners.nees_tag(), 2.0);
   // The refinement also corrects the corners of the other detector, which are those of the visible border.
   EXPECT_LT(theirs.corners.rmse_px(), 0.5);
+}
+
+// Counts are summed over all sets: a set has few unreliable corners.
+TEST(UnreliableCorners, AreThoseThatAreOffAndHardlyAnyOthers) {
+  constexpr double kGoodPx = 1;
+  constexpr double kBadPx = 2;
+  const TagFinder finder = make_tag_finder(two_bits("waymark")).value();
+  int good = 0, good_marked = 0, bad = 0, bad_marked = 0;
+  for (const auto& [set, images] : std::vector<std::pair<std::string, std::size_t>>{
+           {"mixed", 6}, {"single", 28}, {"grid", 1}, {"shadow", 3}, {"bar", 4}, {"margin", 1}}) {
+    for (std::size_t i = 0; i < images; ++i) {
+      const testing::TagImage photo = testing::tag_image(set, i, testing::kSecondSetSeed);
+      const FoundTags found = find_tags(photo.image, finder, nullptr).value();
+      for (const auto& [d, t] : match_detections(found.detections, photo.truth).correct) {
+        double worst_px = 0;
+        for (std::size_t k = 0; k < 4; ++k)
+          worst_px =
+              std::max(worst_px, (found.detections[d].corners_px[k] - photo.truth[t].corners_px[k]).norm());
+        const int marked = usable_corners(found.detections[d]) ? 0 : 1;
+        good += worst_px < kGoodPx ? 1 : 0;
+        good_marked += worst_px < kGoodPx ? marked : 0;
+        bad += worst_px > kBadPx ? 1 : 0;
+        bad_marked += worst_px > kBadPx ? marked : 0;
+      }
+    }
+  }
+  std::cout << "unreliable: " << good_marked << " of " << good << " within " << kGoodPx << " px, "
+            << bad_marked << " of " << bad << " off by more than " << kBadPx << " px\n";
+  EXPECT_LE(good_marked, 0.01 * good);
+  ASSERT_GT(bad, 2);
+  EXPECT_GE(bad_marked, 0.7 * bad);
 }
 
 /// The known tags are those of the image, and as many that are not in it.
