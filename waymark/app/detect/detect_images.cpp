@@ -184,13 +184,28 @@ double incidence_deg(const SE3& cam_T_tag) {
   return to_degrees(std::acos(std::clamp(normal.dot(cam_T_tag.translation().normalized()), -1.0, 1.0)));
 }
 
+/// Decimals that show two significant digits of a standard deviation.
+int decimals_for(double sigma, int max_decimals) {
+  if (!(sigma > 0)) return max_decimals;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, max_decimals);
+}
+
+std::string rounded_sigma(double sigma) {
+  constexpr int kMaxDecimals = 4;
+  return fmt::format("{:.{}f}", sigma, decimals_for(sigma, kMaxDecimals));
+}
+
 std::string row(const std::string& name, const TagPoseSolution& solution) {
+  constexpr int kMaxDecimals = 5;  // 10 micrometres
   const PoseDeviations sigma = standard_deviations(solution.cam_T_tag, solution.covariance);
   const Eigen::Vector3d& t = solution.cam_T_tag.translation();
-  return fmt::format(
-      "  {:<21} {:>8.4f} {:>8.4f} {:>8.4f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.2f} {:>7.1f} {:>7.3f}\n", name,
-      t.x(), t.y(), t.z(), 1e3 * sigma.position_m.x(), 1e3 * sigma.position_m.y(), 1e3 * sigma.position_m.z(),
-      to_degrees(sigma.rotation_rad.maxCoeff()), incidence_deg(solution.cam_T_tag), solution.rms_px);
+  std::string text = fmt::format("  {:<22}", name);
+  for (const int axis : {0, 1, 2})
+    text += fmt::format("{:>9.{}f}", t[axis], decimals_for(sigma.position_m[axis], kMaxDecimals));
+  for (const int axis : {0, 1, 2}) text += fmt::format("{:>9}", rounded_sigma(1e3 * sigma.position_m[axis]));
+  return text + fmt::format("{:>9}{:>8.1f}{:>8.3f}\n",
+                            rounded_sigma(to_degrees(sigma.rotation_rad.maxCoeff())),
+                            incidence_deg(solution.cam_T_tag), solution.rms_px);
 }
 
 }  // namespace
