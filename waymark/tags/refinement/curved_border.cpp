@@ -305,7 +305,7 @@ std::optional<CurvedBorder> follow_border(const ImageView& image, const PrintedT
 namespace {
 
 /// A step between two cells inside the border.
-struct Step {
+struct SheetStep {
   int axis = 0;
   double s = 0, t = 0;        ///< its place, from -1 to 1
   double offset = 0;          ///< [cell] from its place on a sheet that is bent as the border is
@@ -347,7 +347,7 @@ class BentSheet {
 };
 
 /// Measures one step; its weight is 0 if there is none.
-Step measure(const ImageView& image, const BentSheet& sheet, int axis, double u, double v, bool rises) {
+SheetStep measure(const ImageView& image, const BentSheet& sheet, int axis, double u, double v, bool rises) {
   constexpr int kSamples = 10;
   constexpr double kReach = 0.44;  // cells to either side
   constexpr double kApart = 2 * kReach / (kSamples - 1);
@@ -358,7 +358,7 @@ Step measure(const ImageView& image, const BentSheet& sheet, int axis, double u,
   px_per_cell << sheet.flat(u + 0.5, v) - sheet.flat(u - 0.5, v),
       sheet.flat(u, v + 0.5) - sheet.flat(u, v - 0.5);
   const Vector2d across = px_per_cell.col(axis);
-  Step step{.axis = axis};
+  SheetStep step{.axis = axis};
   double before = 0;
   double moment = 0;
   for (int k = 0; k < kSamples; ++k) {
@@ -376,14 +376,14 @@ Step measure(const ImageView& image, const BentSheet& sheet, int axis, double u,
   return step;
 }
 
-constexpr std::size_t kMaxSteps = 2 * static_cast<std::size_t>(kMaxCells) * kMaxCells;
+constexpr std::size_t kMaxSheetSteps = 2 * static_cast<std::size_t>(kMaxCells) * kMaxCells;
 
-struct Steps {
-  std::array<Step, kMaxSteps> step{};
+struct SheetSteps {
+  std::array<SheetStep, kMaxSheetSteps> step{};
   std::size_t count = 0;
 };
 
-void measure_all(const ImageView& image, const PrintedTag& print, const BentSheet& sheet, Steps& steps) {
+void measure_all(const ImageView& image, const PrintedTag& print, const BentSheet& sheet, SheetSteps& steps) {
   const BitCells pattern(print);
   const int cells = family(print.id.family).width_at_border;
   for (int line = 1; line < cells; ++line) {
@@ -394,8 +394,8 @@ void measure_all(const ImageView& image, const PrintedTag& print, const BentShee
         if (std::abs(after - before) < 1) continue;  // the same, or one of them is unknown
         const double u = axis == 0 ? line : along + 0.5;
         const double v = axis == 0 ? along + 0.5 : line;
-        Step step = measure(image, sheet, axis, u, v, after > before);
-        if (!(step.weight > 0) || steps.count == kMaxSteps) continue;
+        SheetStep step = measure(image, sheet, axis, u, v, after > before);
+        if (!(step.weight > 0) || steps.count == kMaxSheetSteps) continue;
         step.s = 2 * u / cells - 1;
         step.t = 2 * v / cells - 1;
         steps.step.at(steps.count++) = step;
@@ -409,7 +409,7 @@ constexpr double kBeyondCells = 0.3;  ///< the offsets of steps that are not whe
 /// Least squares with Tukey weights. Returns the mean of the squared offsets that remain, each at most
 /// kBeyondCells squared.
 template <int Unknowns, class Row, class Offset>
-double fit_steps(const Steps& steps, const Eigen::Matrix<double, Unknowns, 1>& sigma, const Row& row,
+double fit_steps(const SheetSteps& steps, const Eigen::Matrix<double, Unknowns, 1>& sigma, const Row& row,
                  const Offset& offset, double& in_place) {
   constexpr double kStepCells = 0.05;
   constexpr double kInPlaceCells = 0.15;
@@ -421,7 +421,7 @@ double fit_steps(const Steps& steps, const Eigen::Matrix<double, Unknowns, 1>& s
     Matrix information = (kStepCells / sigma.array()).square().matrix().asDiagonal();
     Vector gradient = Vector::Zero();
     for (std::size_t i = 0; i < steps.count; ++i) {
-      const Step& step = steps.step[i];
+      const SheetStep& step = steps.step[i];
       const Vector r = row(step);
       const double far = iteration == 0 ? 0 : std::abs(offset(step) - r.dot(x)) / kBeyondCells;
       const double weight = far < 1 ? (1 - far * far) * (1 - far * far) : 0;
@@ -434,7 +434,7 @@ double fit_steps(const Steps& steps, const Eigen::Matrix<double, Unknowns, 1>& s
   double weights = 0;
   in_place = 0;
   for (std::size_t i = 0; i < steps.count; ++i) {
-    const Step& step = steps.step[i];
+    const SheetStep& step = steps.step[i];
     const double off = std::abs(offset(step) - row(step).dot(x));
     sum += step.weight * std::pow(std::min(off, kBeyondCells), 2);
     weights += step.weight;
@@ -454,7 +454,7 @@ bool BitsOnSheet::confirm_curves() const {
 }
 
 BitsOnSheet bits_on_sheet(const ImageView& image, const PrintedTag& print, const CurvedBorder& border) {
-  Steps steps;
+  SheetSteps steps;
   measure_all(image, print, BentSheet(border, family(print.id.family).width_at_border), steps);
   BitsOnSheet bits;
   bits.steps = static_cast<int>(steps.count);
@@ -462,17 +462,16 @@ BitsOnSheet bits_on_sheet(const ImageView& image, const PrintedTag& print, const
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   Vector6 stretch;
   stretch << 0.4, 0.15, 0.15, 0.4, 0.15, 0.15;  // [cell]
-  const auto curved = [](const Step& step) {
+  const auto curved = [](const SheetStep& step) {
     Vector6 row = Vector6::Zero();
     const double at = step.axis == 0 ? step.s : step.t;
     row.segment<3>(3 * step.axis) = (1 - at * at) * Eigen::Vector3d(1, step.s, step.t);
     return row;
   };
   bits.if_curved = fit_steps<6>(
-      steps, stretch, curved, [](const Step& step) { return step.offset; }, bits.in_place);
-  using Vector8 = Eigen::Matrix<double, 8, 1>;
-  const auto flat = [](const Step& step) {
-    Vector8 row = Vector8::Zero();
+      steps, stretch, curved, [](const SheetStep& step) { return step.offset; }, bits.in_place);
+  const auto flat = [](const SheetStep& step) {
+    Eigen::Matrix<double, 8, 1> row = Eigen::Matrix<double, 8, 1>::Zero();
     const double at = step.axis == 0 ? step.s : step.t;
     row.segment<3>(3 * step.axis) << 1, step.s, step.t;
     row.tail<2>() << at * step.s, at * step.t;
@@ -480,7 +479,8 @@ BitsOnSheet bits_on_sheet(const ImageView& image, const PrintedTag& print, const
   };
   double ignored = 0;
   bits.if_flat = fit_steps<8>(
-      steps, Vector8::Constant(1.0), flat, [](const Step& step) { return step.offset_if_flat; }, ignored);
+      steps, Eigen::Matrix<double, 8, 1>::Constant(1.0), flat,
+      [](const SheetStep& step) { return step.offset_if_flat; }, ignored);
   return bits;
 }
 
