@@ -248,11 +248,13 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
                 "Check the board (`target`, `cols`, `rows`, `dictionary`). In a video, hold it still from "
                 "time to time.");
   const auto lens = lens_model(job.fit.lens);  // `nullopt` for "auto"
-  const CameraCalibrationOptions options = fit_options(job.fit);
+  CameraCalibrationOptions options = fit_options(job.fit);
+  options.goes_on = [&control] { return !control.cancelled(); };
   Result<CameraCalibration> found =
       target.is_board()
           ? calibrate_camera(seen->marks, seen->width_px, seen->height_px, lens, options)
           : calibrate_camera(seen->detections, target.tags(), seen->width_px, seen->height_px, lens, options);
+  if (const Status status = control.go_on(); !status) return tl::unexpected(status.error());
   if (!found) return tl::unexpected(found.error());
   if (auto warning = target.marker_size_warning(std::move(seen->marker_shares)))
     found->advice.push_back(*std::move(warning));

@@ -223,6 +223,7 @@ Result<CameraCalibration> calibrate(const Search& search, std::optional<LensMode
   std::optional<Error> error;
   double best = std::numeric_limits<double>::infinity();
   for (const LensModel trial : lenses) {
+    if (!options.goes_on()) return fail(ErrorCode::NotFound, "the calibration was stopped");
     Result<CameraCalibration> result = calibrate_with(search, trial, options);
     trials.push_back({trial, result ? std::optional(result->held_out_rms_px) : std::nullopt});
     if (!result) {
@@ -264,7 +265,7 @@ Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDete
   auto views = views_of(marks, options.corner_sigma_px);
   if (!views) return tl::unexpected(views.error());
   return calibrate({.start = internal::start_from_tags(images, target),
-                    .fit = {.width_px = width_px, .height_px = height_px},
+                    .fit = {.width_px = width_px, .height_px = height_px, .goes_on = options.goes_on},
                     .views = *std::move(views)},
                    lens, options);
 }
@@ -276,7 +277,7 @@ Result<CameraCalibration> calibrate_camera(const std::vector<TargetMarks>& image
   const auto views = views_of(images, options.corner_sigma_px);
   if (!views) return tl::unexpected(views.error());
   return calibrate({.start = internal::start_from_plane(*views),
-                    .fit = {.width_px = width_px, .height_px = height_px},
+                    .fit = {.width_px = width_px, .height_px = height_px, .goes_on = options.goes_on},
                     .views = *views},
                    lens, options);
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,6 +28,8 @@ struct CameraCalibrationOptions {
   double better_by = 0.02;
   int folds = 5;
   std::vector<LensModel> lenses{};  ///< candidates if no lens model is given; empty for all. Not a field
+  /// Called in each iteration; if it returns false, the calibration stops and fails. Not a field.
+  std::function<bool()> goes_on = [] { return true; };
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {

@@ -139,6 +139,17 @@ TEST(CameraCalibration, SelectsAmongTheGivenLenses) {
   EXPECT_GT(some.held_out_rms_px, any.held_out_rms_px);
 }
 
+TEST(CameraCalibration, StopsWithinAnIterationOnRequest) {
+  Random random(3);
+  constexpr int kLast = 20;
+  int calls = 0;
+  CameraCalibrationOptions options;
+  options.goes_on = [&calls] { return ++calls < kLast; };
+  EXPECT_FALSE(
+      calibrate_camera(images(webcam(), random, 0.1, 15, 40), board(), kWidth, kHeight, {}, options));
+  EXPECT_LT(calls, kLast + 40) << "no other fit is begun";
+}
+
 TEST(CameraCalibration, ExcludesTagsWithSwappedIds) {
   Random random(4);
   auto views = images(webcam(), random, 0.1, 12, 40);

@@ -278,7 +278,7 @@ class IntrinsicsSearch {
 
 std::optional<IntrinsicsFit> fit_intrinsics(std::vector<TargetView>& views, const Eigen::VectorXd& parameters,
                                             const FitOptions& options) {
-  if (views.empty()) return std::nullopt;
+  if (views.empty() || !options.goes_on()) return std::nullopt;
   IntrinsicsSearch search(views, parameters, options);
   const double start = search.linearize();
   if (!std::isfinite(start)) return std::nullopt;
@@ -289,7 +289,8 @@ std::optional<IntrinsicsFit> fit_intrinsics(std::vector<TargetView>& views, cons
                            .cost_floor = 0.5,
                            .damping = 1e-4,
                            .backtracks = false},
-                          [](int, double) { return true; });
+                          [&](int, double) { return options.goes_on(); });
+  if (end.stopped) return std::nullopt;
   return IntrinsicsFit{.parameters = search.parameters(),
                        .information = search.information(),
                        .chi2 = 2 * end.cost,

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -56,11 +57,12 @@ struct FitOptions {
   int free_parameters = 1000;
   double huber_sigma = 3;  ///< a mark with a larger mean residual is downweighted; 0 for no downweighting
   int max_iterations = 60;
+  std::function<bool()> goes_on = [] { return true; };  ///< called in each iteration; false stops the fit
 };
 
 /// Fits the intrinsics and the poses of the views, starting from `parameters` and the current poses, and
 /// updates the poses. Empty if the start is invalid, that is, if the camera parameters are invalid or a mark
-/// in use is behind the camera. O(marks * parameters) per iteration.
+/// in use is behind the camera, or if the fit was stopped. O(marks * parameters) per iteration.
 [[nodiscard]] std::optional<IntrinsicsFit> fit_intrinsics(std::vector<TargetView>& views,
                                                           const Eigen::VectorXd& parameters,
                                                           const FitOptions& options);
