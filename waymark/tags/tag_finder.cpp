@@ -62,14 +62,20 @@ std::optional<RefinedCorners> refine_in_straight_view(const ImageView& image, co
   return refined;
 }
 
-/// The refinement models edges that bulge by up to a pixel. A stronger distortion also misplaces the
-/// sides of the detected quad, and the tag is found again in a view without distortion.
+/// The refinement models edges that bulge by up to a pixel. A stronger distortion also misplaces the sides of
+/// the detected quad, and the tag is found again in a view without distortion. With a weaker one, this is
+/// tried if the refinement fails.
 RefinedCorners refine(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
                       const TagDetection& detection) {
   constexpr double kMaxBulge_px = 1;
-  if (camera != nullptr && edge_bulge_px(*camera, detection.corners_px) > kMaxBulge_px)
-    if (const auto refined = refine_in_straight_view(image, finder, *camera, detection)) return *refined;
-  return refine_corners(image, detection, *finder.refinement, camera);
+  constexpr double kNegligibleBulge_px = 0.2;
+  const double bulge_px = camera == nullptr ? 0 : edge_bulge_px(*camera, detection.corners_px).value_or(0);
+  const auto in_view = [&] { return refine_in_straight_view(image, finder, *camera, detection); };
+  if (bulge_px > kMaxBulge_px)
+    if (const auto refined = in_view()) return *refined;
+  RefinedCorners refined = refine_corners(image, detection, *finder.refinement, camera);
+  if (refined.refined() || bulge_px > kMaxBulge_px || bulge_px < kNegligibleBulge_px) return refined;
+  return in_view().value_or(refined);
 }
 
 void refine_all(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
