@@ -46,6 +46,11 @@ constexpr bool none_of(Range&& range, Predicate predicate) {
   return std::none_of(std::begin(range), std::end(range), predicate);
 }
 
+template <class Range, class Predicate>
+constexpr auto count_if(Range&& range, Predicate predicate) {
+  return std::count_if(std::begin(range), std::end(range), predicate);
+}
+
 template <class Range, class Value>
 constexpr void fill(Range&& range, const Value& value) {
   std::fill(std::begin(range), std::end(range), value);
