@@ -59,9 +59,10 @@ TEST(RecordCameraReport, ContainsTheCountsOfImages) {
   report.end.images = 30;
   report.end.seconds = 2.5;
   report.end.counts.dropped = 1;
-  EXPECT_EQ(to_json(fields(report)).dump(),
-            R"({"input":"v4l2:/dev/video0","input_format":"camera","output":"desk.mcap",)"
-            R"("output_format":"mcap","images":30,"tags":0,"seconds":2.5,"dropped":1,"lost":0,"damaged":0})");
+  EXPECT_EQ(
+      to_json(fields(report)).dump(),
+      R"({"input":"v4l2:/dev/video0","input_format":"camera","output":"desk.mcap",)"
+      R"("output_format":"mcap","images":30,"tags":0,"unreliable_tags":0,"seconds":2.5,"dropped":1,"lost":0,"damaged":0})");
 }
 
 TEST_F(ConvertLog, FromAndToLimitTheInterval) {
