@@ -84,7 +84,7 @@ class HardImages(InFolder):
                 _, found = self.detect(render(lens, tags, seed), "--tag-size-m", "0.16", lens=lens)
                 for tag in tags:
                     with self.subTest(name, distance=distance, tag=tag.number):
-                        self.assert_corners(found, lens, [tag])
+                        self.assert_corners(found, lens, [tag], near_px=0.2)
                         self.assert_pose(found[tag.family, tag.number], tag, 0.004)
 
     def test_inverted_prints(self):
@@ -97,7 +97,7 @@ class HardImages(InFolder):
 
     def test_images_without_tags_have_a_cause(self):
         image = render(PLAIN, TWO, seed=4)
-        small = cv2.resize(image, None, fx=0.15, fy=0.15, interpolation=cv2.INTER_AREA)
+        small = cv2.resize(image, None, fx=0.16, fy=0.16, interpolation=cv2.INTER_AREA)
         flat = np.full_like(image, 120) + np.random.default_rng(5).normal(0, 2, image.shape)
         for cause, shown in (("mirrored", image[:, ::-1]), ("dark", image / 16), ("faint", 100 + image / 30), ("faint", flat),
                              ("blurred", cv2.GaussianBlur(image, (0, 0), 15)), ("small", small)):

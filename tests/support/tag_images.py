@@ -62,8 +62,10 @@ class Lens:
         flat = (pixels - self.K[:2, 2]) @ np.linalg.inv(self.K[:2, :2]).T
         if self.fisheye:
             angles = np.linspace(0, 1.5, 20001)
+            bent = self.bent_angle(angles)
+            last = np.argmax(bent) + 1  # beyond it, the distortion folds back
             across = np.hypot(flat[:, 0], flat[:, 1])
-            angle = np.interp(across, self.bent_angle(angles), angles)
+            angle = np.interp(across, bent[:last], angles[:last])
             return np.c_[flat * (np.sin(angle) / np.maximum(across, 1e-12))[:, None], np.cos(angle)]
         if self.d.any():
             stop = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 50, 1e-10)
