@@ -150,8 +150,8 @@ TEST_F(DetectThroughALens, RefinesCornersWithTheGivenLens) {
     const double with_px = rms_px(name, poses_);
     const double without_px = rms_px(name, std::nullopt);
     std::printf("%s: corner error %.4f px with the lens, %.4f px without\n", name, with_px, without_px);
-    EXPECT_LT(with_px, 0.025) << name;
-    EXPECT_LT(2 * with_px, without_px) << name << ", where curved sides are followed without their cause";
+    EXPECT_LT(with_px, 0.05) << name;
+    EXPECT_LT(3 * with_px, without_px) << name;
   }
 }
 
