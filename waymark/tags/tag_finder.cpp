@@ -30,24 +30,24 @@ std::optional<TagDetection> find_again(const StraightView& view, const TagFinder
 }
 
 /// Replaces corners and covariance by those of the corresponding pixels of the camera.
-bool move_to_camera(const StraightView& view, RefinedCorners& refined) {
+bool move_to_camera(const StraightView& view, RefinedCorners& corners) {
   // Bilinear interpolation reduces the variance of white noise to 4/9 on average, but makes it correlated, so
   // a position contains no more information than before.
-  constexpr double kInterpolation = 9.0 / 4.0;
+  const double interpolation = corners.refined() ? 9.0 / 4.0 : 1.0;
   CornerCovariance J = CornerCovariance::Zero();
   for (Eigen::Index k = 0; k < 4; ++k) {
     Eigen::Matrix2d J_px_view;
-    Eigen::Vector2d& corner = refined.corners_px[static_cast<std::size_t>(k)];
+    Eigen::Vector2d& corner = corners.corners_px[static_cast<std::size_t>(k)];
     const auto px = view.to_camera(corner, &J_px_view);
     if (!px) return false;
     corner = *px;
     J.block<2, 2>(2 * k, 2 * k) = J_px_view;
   }
-  refined.covariance_px2 = (kInterpolation * J * refined.covariance_px2 * J.transpose()).eval();
+  corners.covariance_px2 = (interpolation * J * corners.covariance_px2 * J.transpose()).eval();
   return true;
 }
 
-/// Finds and refines the tag in a view without distortion. Empty if that fails.
+/// Finds and refines the tag in a view without distortion. Empty if it is not found there.
 std::optional<RefinedCorners> refine_in_straight_view(const ImageView& image, const TagFinder& finder,
                                                       const CameraModel& camera,
                                                       const TagDetection& detection) {
@@ -57,14 +57,14 @@ std::optional<RefinedCorners> refine_in_straight_view(const ImageView& image, co
   if (!straight) return std::nullopt;
   RefinementOptions options = *finder.refinement;
   options.curvature_per_px = 0;
-  RefinedCorners refined = refine_corners(view->image(), *straight, options);
-  if (!refined.refined() || !move_to_camera(*view, refined)) return std::nullopt;
-  return refined;
+  RefinedCorners corners = refine_corners(view->image(), *straight, options);
+  if (!move_to_camera(*view, corners)) return std::nullopt;
+  return corners;
 }
 
 /// The refinement models edges that bulge by up to a pixel. A stronger distortion also misplaces the sides of
-/// the detected quad, and the tag is found again in a view without distortion. With a weaker one, this is
-/// tried if the refinement fails.
+/// the detected quad, so the tag is found again in a view without distortion, and only the corners in that
+/// view are used. With a weaker distortion, this is tried if the refinement fails.
 RefinedCorners refine(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
                       const TagDetection& detection) {
   constexpr double kMaxBulge_px = 1;
@@ -72,10 +72,11 @@ RefinedCorners refine(const ImageView& image, const TagFinder& finder, const Cam
   const double bulge_px = camera == nullptr ? 0 : edge_bulge_px(*camera, detection.corners_px).value_or(0);
   const auto in_view = [&] { return refine_in_straight_view(image, finder, *camera, detection); };
   if (bulge_px > kMaxBulge_px)
-    if (const auto refined = in_view()) return *refined;
-  RefinedCorners refined = refine_corners(image, detection, *finder.refinement, camera);
-  if (refined.refined() || bulge_px > kMaxBulge_px || bulge_px < kNegligibleBulge_px) return refined;
-  return in_view().value_or(refined);
+    if (const auto corners = in_view()) return *corners;
+  const RefinedCorners corners = refine_corners(image, detection, *finder.refinement, camera);
+  if (corners.refined() || bulge_px > kMaxBulge_px || bulge_px < kNegligibleBulge_px) return corners;
+  const auto straight = in_view();
+  return straight && straight->refined() ? *straight : corners;
 }
 
 void refine_all(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
