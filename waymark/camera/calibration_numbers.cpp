@@ -126,6 +126,7 @@ Result<ImagePart> explicit_part(const CalibrationNumbers& numbers) {
 
 std::vector<std::string> distortion_model_names() {
   std::vector<std::string> names;
+  names.reserve(kLenses.size());
   for (const NamedLens& known : kLenses) names.emplace_back(known.name);
   return names;
 }

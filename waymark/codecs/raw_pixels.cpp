@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -162,6 +163,7 @@ UsedRange used_range(std::span<const std::uint16_t> samples) {
 
 std::vector<std::string> raw_encodings() {
   std::vector<std::string> names;
+  names.reserve(std::size(kPixelLayouts));
   for (const PixelLayout& layout : kPixelLayouts) names.emplace_back(layout.encoding);
   return names;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdlib>
 #include <utility>
 
@@ -48,13 +49,15 @@ Image enlarged(const Image& image) {
   Image out(2 * image.width(), 2 * image.height());
   for (int y = 0; y < out.height(); ++y)
     for (int x = 0; x < out.width(); ++x)
-      out.row(y)[x] = static_cast<std::uint8_t>(sample_bilinear(image, 0.5 * x + 0.25, 0.5 * y + 0.25) + 0.5);
+      out.row(y)[x] =
+          static_cast<std::uint8_t>(std::lround(sample_bilinear(image, 0.5 * x + 0.25, 0.5 * y + 0.25)));
   return out;
 }
 
 template <class Change>
 std::vector<Image> all_changed(const std::vector<Image>& images, Change change) {
   std::vector<Image> all;
+  all.reserve(images.size());
   for (const Image& image : images) all.push_back(change(image));
   return all;
 }
@@ -95,6 +98,7 @@ std::optional<NoTagReason> reason_in_levels(const std::vector<Image>& images,
   constexpr int kDark = 40;
   constexpr double kSharp = 0.12;  // of the range: an edge that is blurred over ten pixels
   std::vector<GreyRange> ranges;
+  ranges.reserve(images.size());
   for (const Image& image : images) ranges.push_back(grey_range_of(image));
   if (std::ranges::all_of(ranges, [](const GreyRange& range) { return range.high < kDark; }))
     return NoTagReason{NoTagCause::Dark,

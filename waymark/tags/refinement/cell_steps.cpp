@@ -50,7 +50,9 @@ class CellColors {
  private:
   enum class Color : std::uint8_t { Black, White, Unknown };
   static constexpr int kSide = kMaxWidth + 2;
-  static std::size_t index(int x, int y) { return static_cast<std::size_t>((y + 1) * kSide + x + 1); }
+  static std::size_t index(int x, int y) {
+    return static_cast<std::size_t>(y + 1) * kSide + static_cast<std::size_t>(x + 1);
+  }
   Color& at(int x, int y) { return color_[index(x, y)]; }
   [[nodiscard]] Color get(int x, int y) const { return color_[index(x, y)]; }
 
