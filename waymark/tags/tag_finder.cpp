@@ -63,7 +63,7 @@ std::optional<RefinedCorners> refine_in_straight_view(const ImageView& image, co
 }
 
 /// The refinement models edges that bulge by up to a pixel. A stronger distortion also misplaces the sides of
-/// the detected quad, so the tag is found again in a view without distortion, and only the corners in that
+/// the detected quad. The tag is then found again in a view without distortion, and only the corners in that
 /// view are used. With a weaker distortion, this is tried if the refinement fails.
 RefinedCorners refine(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
                       const TagDetection& detection) {
