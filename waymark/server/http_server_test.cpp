@@ -23,7 +23,7 @@ constexpr const char* kToken = "0123456789abcdef";
 class Client {
  public:
   explicit Client(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    const timeval patience{.tv_sec = 1, .tv_usec = 0};
+    const timeval patience{.tv_sec = 20, .tv_usec = 0};  // only a stopped server takes so long
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     sockaddr_in address{};
     address.sin_family = AF_INET;
