@@ -47,11 +47,11 @@ class HardImages(InFolder):
         (record,) = outcome.records
         return record, {(d["family"], d["id"]): d for d in record["detections"]}
 
-    def assert_corners(self, found, lens, tags, near_px=NEAR_PX):
+    def assert_corners(self, found, lens, tags):
         for tag in tags:
             detection = found[tag.family, tag.number]
             far = np.abs(np.array(detection["corners_px"]) - lens.corners_px(tag)).max()
-            self.assertLess(far, near_px, detection)
+            self.assertLess(far, NEAR_PX, detection)
             self.assertEqual(detection["refinement"], "refined", detection)
 
     def assert_pose(self, detection, tag, far_m):
@@ -91,7 +91,7 @@ class HardImages(InFolder):
                             far = np.abs(np.array(detection["corners_px"]) - lens.corners_px(tag)).max()
                             self.assertLess(far, 4 * np.max(detection["corner_sigma_px"]), detection)
                             continue
-                        self.assert_corners(found, lens, [tag], near_px=0.2)
+                        self.assert_corners(found, lens, [tag])
                         self.assert_pose(detection, tag, 0.004)
         self.assertLessEqual(len(kept), 2, kept)  # of 23
 
