@@ -8,6 +8,7 @@
 #include "waymark/families/family.hpp"
 #include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/refinement/inner_bits.hpp"
+#include "waymark/tags/refinement/inner_pixels.hpp"
 #include "waymark/tags/refinement/lens_bends.hpp"
 #include "waymark/tags/refinement/tag_fit.hpp"
 
@@ -25,7 +26,7 @@ struct Level {
 std::array<Level, 2> levels(const InnerPixels& pixels) {
   std::array<Level, 2> both;
   for (int i = 0; i < pixels.count; ++i) {
-    const InnerPixels::Block& block = pixels.block[static_cast<std::size_t>(i / kLanes)];
+    const InnerBlock& block = pixels.block[static_cast<std::size_t>(i / kLanes)];
     const int lane = i % kLanes;
     const std::size_t column = block.past_px[0][1][lane] < 0 ? 1 : 2;
     const std::size_t row = block.past_px[1][1][lane] < 0 ? 1 : 2;
@@ -124,15 +125,15 @@ std::optional<Look> look_at(const ImageView& image, const TagDetection& at, cons
   if (placing.saturated && before) start.head<kShiftS>() = before->estimate.mean.head<kShiftS>();
   const InnerFit fit = fit_inner<kInnerUnknowns>(pixels, prior, start, 1.0, print.outwards());
   if (!fit.estimate.mean.allFinite()) return std::nullopt;
-  return Look{averaged(fit, prior), fit.variance, intersection(tag.edges)};
+  return Look{averaged<kInnerUnknowns>(fit, prior), fit.variance, intersection(tag.edges)};
 }
 
 /// The covariance of corners that were placed by the bits.
 Matrix8 covariance_of(const Look& look, const EdgesByInner& J) {
   constexpr double kModelPx = 0.02;  // error of the print and of the unknown curvature
-  Matrix8 edges = J * look.estimate.covariance * J.transpose();
+  Matrix8 edges = edge_covariance(J, look.estimate.covariance);
   edges.diagonal().array() += kModelPx * kModelPx;
-  const Matrix8 corners = look.corners_by_edges * edges * look.corners_by_edges.transpose();
+  const Matrix8 corners = (look.corners_by_edges * edges).lazyProduct(look.corners_by_edges.transpose());
   return 0.5 * (corners + corners.transpose());
 }
 

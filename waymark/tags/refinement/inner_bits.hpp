@@ -9,68 +9,11 @@
 #include "waymark/families/family.hpp"
 #include "waymark/image/image.hpp"
 #include "waymark/tags/refinement/edge_model.hpp"
+#include "waymark/tags/refinement/inner_pixels.hpp"
 #include "waymark/tags/refinement/tag_fit.hpp"
 
 namespace waymark::refinement {
 
-/// Pixels inside the border of a tag and the cells around them, stored in lanes of kLanes.
-struct InnerPixels {
-  static constexpr int kCorrectionPixels = 200;  ///< enough to correct edges that the border determines
-  static constexpr int kPlacementPixels = 800;   ///< enough to determine the edges without the border
-  static constexpr int kMaxBlocks = 2 * kPlacementPixels / kLanes;
-
-  struct Block {
-    Lanes value;   ///< grey level, corrected for illumination
-    Lanes weight;  ///< 0 or 1
-    Lanes s, t;    ///< positions along TL-TR and along TR-BR, from -1 to 1 inside the border
-    std::array<std::array<Lanes, 3>, 2>
-        past_px;                                ///< distance beyond the three nearest column (row) boundaries
-    std::array<Lanes, 2> px_per_cell;           ///< across columns and rows
-    std::array<std::array<Lanes, 3>, 2> place;  ///< positions of those boundaries, from -1 to 1
-    Lanes skew;  ///< cosine of the angle between the normals of columns and rows
-    std::array<std::array<Lanes, 4>, 4>
-        white;  ///< share of white in the cells around each pixel, as rows by columns
-  };
-  std::array<Block, kMaxBlocks> block;
-  int count = 0;  ///< number of pixels
-  /// Whether the model includes the effect of the skew on the corners of cells. It is a few thousandths of
-  /// the step, which matters only if the step is several times the range of the image.
-  bool skew_matters = false;
-
-  [[nodiscard]] std::size_t blocks() const { return static_cast<std::size_t>((count + kLanes - 1) / kLanes); }
-};
-
-/// Reads the pixels, with cells placed by the four border edges of `estimate`. In large tags, reads only
-/// `most` pixels (kCorrectionPixels or kPlacementPixels), evenly distributed. O(pixels).
-void read_inner_pixels(const ImageView& image, const PrintedTag& print, const TagBands& tag,
-                       const TagEstimate& estimate, int most, InnerPixels& pixels);
-
-/// Unknowns fitted to the pixels inside the border. s runs along TL-TR and t along TR-BR, both from -1 to 1.
-enum InnerUnknown : std::uint8_t {
-  kBlack,   ///< [grey level] in the middle of the tag
-  kBlackS,  ///< [grey level] change from the middle to s = 1
-  kBlackT,
-  kWhite,  ///< [grey level] step from black to white in the middle of the tag
-  kWhiteS,
-  kWhiteT,
-  kGrowth,  ///< growth of white, in blurs
-  kBlurS,   ///< logarithm of the blur's standard deviation [px] across columns
-  kBlurT,   ///< the same across rows
-  kShiftS,  ///< displacement of the pattern from its position within the border, in blurs
-  kShiftT,
-  kStretchS,  ///< displacement proportional to s; the value is that at s = 1
-  kStretchT,
-  kShearS,  ///< displacement proportional to t for lines between columns, and to s for lines between rows
-  kShearT,
-  kTaperS,  ///< change in the stretch, proportional in the same way
-  kTaperT,
-  kSqueezeS,  ///< displacement proportional to s^2, as from lens distortion, or to t^2 for lines between rows
-  kSqueezeT,
-  kBendS,  ///< displacement proportional to t^2 for lines between columns, and to s^2 for lines between rows
-  kBendT
-};
-constexpr int kInnerUnknowns = kBendT + 1;
-constexpr int kUnknownsOnBorder = kStretchT + 1;  ///< if the border places the pattern
 using InnerVector = Eigen::Matrix<double, kInnerUnknowns, 1>;
 using InnerMatrix = Eigen::Matrix<double, kInnerUnknowns, kInnerUnknowns>;
 
@@ -88,9 +31,11 @@ struct InnerSums {
 /// all unknowns, they determine its rotation. O(pixels).
 template <int Unknowns>
 [[nodiscard]] InnerSums sum_up(const InnerPixels& pixels, const InnerVector& x, double outwards,
-                               double trusted);
-extern template InnerSums sum_up<kUnknownsOnBorder>(const InnerPixels&, const InnerVector&, double, double);
-extern template InnerSums sum_up<kInnerUnknowns>(const InnerPixels&, const InnerVector&, double, double);
+                               double trusted, const InnerKernels& kernels = fastest_inner_kernels());
+extern template InnerSums sum_up<kUnknownsOnBorder>(const InnerPixels&, const InnerVector&, double, double,
+                                                    const InnerKernels&);
+extern template InnerSums sum_up<kInnerUnknowns>(const InnerPixels&, const InnerVector&, double, double,
+                                                 const InnerKernels&);
 
 /// Standard deviation of the blur [px], averaged over both axes.
 [[nodiscard]] double mean_blur_px(const InnerVector& x);
@@ -160,7 +105,10 @@ extern template InnerFit fit_inner<kInnerUnknowns>(const InnerPixels&, const Inn
 /// An estimate of the edges that includes model errors. It is the mean over the models with and without
 /// growth of white and slopes of the levels, weighted by their probabilities (Hoeting et al., "Bayesian model
 /// averaging: a tutorial", 1999).
+template <int Unknowns>
 [[nodiscard]] InnerEstimate averaged(const InnerFit& fit, const InnerPrior& prior);
+extern template InnerEstimate averaged<kUnknownsOnBorder>(const InnerFit&, const InnerPrior&);
+extern template InnerEstimate averaged<kInnerUnknowns>(const InnerFit&, const InnerPrior&);
 
 /// Standard deviation [px] of the error of the growth model. A blur is not exactly Gaussian, especially if
 /// the image was overexposed and then interpolated, scaled or compressed.
@@ -169,6 +117,10 @@ extern template InnerFit fit_inner<kInnerUnknowns>(const InnerPixels&, const Inn
 /// Derivatives of the outward displacements (kFrom, kTo) of the four edges with respect to the unknowns [px].
 using EdgesByInner = Eigen::Matrix<double, 8, kInnerUnknowns>;
 [[nodiscard]] EdgesByInner edges_by_growth(const InnerVector& x, double outwards);
+
+/// Covariance of the outward displacements of the edges [px^2] for that of the unknowns.
+[[nodiscard]] Eigen::Matrix<double, 8, 8> edge_covariance(const EdgesByInner& J,
+                                                          const InnerMatrix& covariance);
 
 /// Correction of the border edges by the bits inside: outward displacements (kFrom, kTo) of the four edges
 /// [px], with their covariance.

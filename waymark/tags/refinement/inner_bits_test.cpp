@@ -74,5 +74,83 @@ TEST(InnerCorrection, UndoesAddedIllumination) {
   }
 }
 
+using refinement::InnerPixels;
+
+/// Pixels of a tag of this size, with cells placed by its true corners.
+InnerPixels pixels_of(const Print& print) {
+  refinement::TagBands tag;
+  tag.edges = refinement::edge_frames(corners_of(print), family(print.tag.family).width_at_border);
+  refinement::TagEstimate estimate;
+  for (auto& edge : estimate.edges) edge.setZero();
+  InnerPixels pixels;
+  refinement::read_inner_pixels(render(print), {print.tag}, tag, estimate, InnerPixels::kCorrectionPixels,
+                                pixels);
+  return pixels;
+}
+
+/// A point near the truth, with all unknowns different from 0.
+refinement::InnerVector point_near(const Print& print, double growth) {
+  using namespace refinement;
+  InnerVector x;
+  for (int i = 0; i < kInnerUnknowns; ++i) x[i] = 0.01 * (i % 3 - 1) + 0.02;
+  x[kBlack] = print.black;
+  x[kWhite] = print.white - print.black;
+  x[kBlackS] = 2;
+  x[kWhiteT] = -3;
+  x[kGrowth] = growth;
+  x[kBlurS] = x[kBlurT] = std::log(0.7);
+  return x;
+}
+
+template <int Unknowns>
+void expect_same_sums(const InnerPixels& pixels, const refinement::InnerVector& x) {
+  const auto portable = refinement::sum_up<Unknowns>(pixels, x, 1, 20, refinement::portable_inner_kernels());
+  const auto quick = refinement::sum_up<Unknowns>(pixels, x, 1, 20);
+  for (int i = 0; i < Unknowns; ++i) {
+    for (int k = 0; k < Unknowns; ++k) {
+      const double scale = std::sqrt(portable.information(i, i) * portable.information(k, k));
+      EXPECT_NEAR(quick.information(i, k), portable.information(i, k), 2e-5 * scale) << i << " " << k;
+    }
+    EXPECT_NEAR(quick.gradient[i], portable.gradient[i],
+                2e-5 * std::sqrt(portable.information(i, i) * portable.cost))
+        << i;
+  }
+  EXPECT_NEAR(quick.cost, portable.cost, 2e-5 * portable.cost);
+  EXPECT_NEAR(quick.pixels, portable.pixels, 2e-5 * portable.pixels);
+}
+
+/// On processors with AVX2 these are different implementations; elsewhere they are the same.
+TEST(InnerSums, TheFastestAgreeWithThePortableOnes) {
+  for (const double side_px : {20.0, 60.0}) {
+    for (const double growth : {0.1, -0.8}) {  // the second value uses the exact model
+      const Print print{.side_px = side_px, .noise = 2};
+      InnerPixels pixels = pixels_of(print);
+      ASSERT_GT(pixels.count, 100);
+      for (const bool skew_matters : {false, true}) {
+        pixels.skew_matters = skew_matters;
+        expect_same_sums<refinement::kUnknownsOnBorder>(pixels, point_near(print, growth));
+        expect_same_sums<refinement::kInnerUnknowns>(pixels, point_near(print, growth));
+      }
+    }
+  }
+}
+
+/// The derivatives are those of the cost: half the change of the cost along an unknown is minus the gradient.
+TEST(InnerSums, GradientIsTheDerivativeOfTheCost) {
+  using namespace refinement;
+  const Print print{.side_px = 60, .noise = 2};
+  const InnerPixels pixels = pixels_of(print);
+  const InnerVector x = point_near(print, 0.1);
+  const InnerSums at = sum_up<kInnerUnknowns>(pixels, x, 1, 1e6);
+  for (const int i : {int{kBlack}, int{kWhiteS}, int{kShiftS}, int{kStretchT}, int{kShearS}, int{kBendT}}) {
+    InnerVector step = InnerVector::Zero();
+    step[i] = 0.1 / std::sqrt(at.information(i, i));
+    const double change = sum_up<kInnerUnknowns>(pixels, x + step, 1, 1e6).cost -
+                          sum_up<kInnerUnknowns>(pixels, x - step, 1, 1e6).cost;
+    EXPECT_NEAR(-0.25 * change / step[i], at.gradient[i], 0.02 * std::sqrt(at.information(i, i) * at.cost))
+        << i;
+  }
+}
+
 }  // namespace
 }  // namespace waymark
