@@ -219,7 +219,11 @@ void measure_photographs(const std::filesystem::path& folder, const Flags& flags
       flags);
 }
 
-/// All detections in images without tags are false. Skips images larger than detectors accept.
+constexpr std::string_view kWithTags = "tags on photographs";
+constexpr int kPhotographsWithTags = 40;
+
+/// All detections in images without tags are false. Skips images larger than detectors accept. Also measures
+/// the first photographs with rendered tags over them.
 void measure_tag_free(const std::filesystem::path& folder, const Flags& flags) {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
@@ -236,6 +240,15 @@ void measure_tag_free(const std::filesystem::path& folder, const Flags& flags) {
     return TagImage{files[i].string(), std::move(*image), {}};
   };
   measure("tag-free photographs", files.size(), image_at, flags);
+  std::vector<TagImage> with_tags;
+  const bool wanted = flags.sets.empty() || std::ranges::find(flags.sets, kWithTags) != flags.sets.end();
+  for (std::size_t i = 0; wanted && i < files.size() && std::ssize(with_tags) < kPhotographsWithTags; ++i) {
+    const auto image = read_image(files[i]);
+    if (!image || image->width() < 1280 || image->height() < 720) continue;
+    with_tags.push_back(testing::tags_on_photograph(*image, i, flags.seed));
+  }
+  measure(
+      std::string(kWithTags), with_tags.size(), [&](std::size_t i) { return with_tags[i]; }, flags);
   std::cerr << fmt::format("tag-free photographs: {:.0f} megapixels\n", megapixels);
 }
 

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Writes the tables of docs/results/detection.md from the measurements of benchmarks/detector_table.cpp.
 
-usage: tools/detector_table.py PROGRAM [--data DATA] [--results FILE] [--write docs/results/detection.md]
+usage: tools/detector_table.py PROGRAM [--data DATA] [--tag-free FOLDER] [--results FILE] [--write docs/results/detection.md]
 
-PROGRAM is the built benchmark detector_table; DATA contains synth-tags/clean and photonvision. It takes minutes. --results stores its
-output, or reads it if the file exists. Without --write the tables are printed.
+PROGRAM is the built benchmark detector_table; DATA contains synth-tags/clean and photonvision; FOLDER contains photographs without tags,
+over which tags are rendered. It takes minutes. --results stores its output, or reads it if the file exists. Without --write the tables
+are printed.
 """
 import argparse
 import json
@@ -14,11 +15,11 @@ import sys
 
 BEGIN, END = "<!-- detector table -->\n", "<!-- end of detector table -->\n"
 BASE = "AprilTag 3.3.0, decimate 1"
-TIMED = ("mixed", "tag free", "photographs 1280x720")
+TIMED = ("mixed", "tag free", "photographs 1280x720", "tags on photographs")
 SEEDS = (20261123, 7)  # tuned on the first, never on the second
 
 
-def measured(program, data, results):
+def measured(program, data, tag_free, results):
     if results and results.exists():
         return [json.loads(line) for line in results.read_text().splitlines()]
     lines = []
@@ -26,6 +27,7 @@ def measured(program, data, results):
         words = [program, "--seed", str(seed)]
         if seed == SEEDS[0]:
             words += ["--data", data] if data else []
+            words += ["--tag-free", tag_free] if tag_free else []
         else:
             words += ["--sets", "mixed,single"]
         done = subprocess.run(words, capture_output=True, text=True, check=True)
@@ -41,7 +43,7 @@ def in_order(rows, key):
 
 def recall_table(rows):
     """Fraction of the tags that were detected, and below it the number of false positives."""
-    rows = [row for row in rows if row["tags"]]
+    rows = [row for row in rows if row["tags"] and row["set"] != "tag-free photographs"]
     columns = list(dict.fromkeys((row["set"], row["seed"]) for row in rows))
     named = [name + ("" if seed == SEEDS[0] else f", seed {seed}") for name, seed in columns]
     lines = ["| found, % (wrong, number) | " + " | ".join(named) + " |", "|---" * (len(columns) + 1) + "|"]
@@ -94,10 +96,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
     parser.add_argument("--data")
+    parser.add_argument("--tag-free")
     parser.add_argument("--results", type=pathlib.Path)
     parser.add_argument("--write", type=pathlib.Path)
     flags = parser.parse_args()
-    rows = measured(flags.program, flags.data, flags.results)
+    rows = measured(flags.program, flags.data, flags.tag_free, flags.results)
     tables = [recall_table(rows), time_table(rows), classes_table(rows, "waymark")]
     text = "\n".join("\n".join(table) + "\n" for table in tables if table)
     if not flags.write:

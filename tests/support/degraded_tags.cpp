@@ -293,6 +293,7 @@ std::vector<TrueTag> scatter(Canvas& canvas, const SizeRange& range, int most, R
 }
 
 constexpr int kTagsPerImage = 22;
+constexpr int kTagsPerPhotograph = 8;
 
 TagImage mixed(Random& random) {
   Canvas canvas = clutter(random);
@@ -460,6 +461,29 @@ TagImage overexposed(std::size_t index, Random& random) {
   return photo;
 }
 
+/// The middle of an image, reduced to the size of the canvas by averaging.
+Canvas reduced(const Image& image) {
+  Canvas canvas;
+  const double scale = std::min(image.width() / double{kWidth}, image.height() / double{kHeight});
+  const double x0 = 0.5 * (image.width() - scale * kWidth);
+  const double y0 = 0.5 * (image.height() - scale * kHeight);
+  const auto range = [scale](double from, int i, int size) {
+    const int first = std::clamp(static_cast<int>(from + scale * i), 0, size - 1);
+    return std::pair(first, std::clamp(static_cast<int>(from + scale * (i + 1)), first + 1, size));
+  };
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const auto [left, right] = range(x0, x, image.width());
+      const auto [top, bottom] = range(y0, y, image.height());
+      float sum = 0;
+      for (int j = top; j < bottom; ++j)
+        for (int i = left; i < right; ++i) sum += image.row(j)[i];
+      canvas.at(x, y) = sum / static_cast<float>((right - left) * (bottom - top));
+    }
+  }
+  return canvas;
+}
+
 Random stream(std::string_view set, std::size_t index, std::uint64_t seed) {
   std::uint64_t hash = 14695981039346656037U ^ seed;
   for (const char letter : set) hash = (hash ^ static_cast<std::uint8_t>(letter)) * 1099511628211U;
@@ -488,6 +512,24 @@ Image tag_free_image(std::size_t index, std::uint64_t seed) {
   Random random = stream("tag free", index, seed);
   Canvas canvas = clutter(random);
   return developed(canvas, {}, random);
+}
+
+TagImage tags_on_photograph(const Image& photograph, std::size_t index, std::uint64_t seed) {
+  Random random = stream("photograph", index, seed);
+  Canvas canvas = reduced(photograph);
+  TagImage photo;
+  photo.name = "tags on a photograph";
+  photo.truth = scatter(canvas, {24, 160, 60}, kTagsPerPhotograph, random, [&] {
+    Print print;
+    const double contrast = random.uniform(90, 160);
+    print.black = random.uniform(15, 60);
+    print.white = print.black + contrast;
+    print.slope.x() = random.uniform(-0.1, 0.1);
+    print.slope.y() = random.uniform(-0.1, 0.1);
+    return print;
+  });
+  photo.image = developed(canvas, {}, random);
+  return photo;
 }
 
 }  // namespace waymark::testing

@@ -45,4 +45,9 @@ struct TagSet {
 /// Clutter without tags.
 [[nodiscard]] Image tag_free_image(std::size_t index, std::uint64_t seed = kSetSeed);
 
+/// Eight tags, 24 to 160 px with tilts of up to 60 degrees, over the middle of a photograph reduced to
+/// 1280 x 720 px. The photograph must be at least that large.
+[[nodiscard]] TagImage tags_on_photograph(const Image& photograph, std::size_t index,
+                                          std::uint64_t seed = kSetSeed);
+
 }  // namespace waymark::testing
