@@ -17,6 +17,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/app/common/file_kind.hpp"
 #include "waymark/base/message_text.hpp"
 
 namespace waymark {
@@ -58,6 +59,7 @@ std::vector<Input> in_folder(const std::string& folder, bool recursive) {
   std::error_code error;
   const bool read = recursive ? collect(fs::recursive_directory_iterator(folder, error), error, paths)
                               : collect(fs::directory_iterator(folder, error), error, paths);
+  if (read && paths.empty() && kind_of(folder) == FileKind::BagFolder) return {{folder, {}}};
   std::vector<Input> inputs;  // keeps images found before a read error
   if (!read)
     inputs.push_back(failed(folder, ErrorCode::Unreadable, "cannot read the folder: " + error.message()));

@@ -19,7 +19,7 @@ struct Input {
 /// (case-insensitive) and, with `recursive`, for those in its subfolders. SOURCEs keep their order; the
 /// images in a folder or pattern are sorted by the bytes of their names. An image specified twice is listed
 /// once. A SOURCE that does not exist, contains no image or is a stream yields an error and does not affect
-/// the others. Recordings and videos are listed unchanged.
+/// the others. Recordings (also folders of them, if they contain no image) and videos are listed unchanged.
 [[nodiscard]] std::vector<Input> find_inputs(const std::vector<std::string>& sources, bool recursive);
 
 }  // namespace waymark

@@ -77,6 +77,14 @@ TEST_F(Sources, ASourceWithoutImagesIsAnErrorThatDoesNotAffectOthers) {
   EXPECT_THAT(found({"/dev/video97"}), ElementsAre(HasSubstr("v4l2:/dev/video0")));
 }
 
+TEST_F(Sources, AFolderOfRecordingsPassesIfItContainsNoImage) {
+  touch("bag/metadata.yaml");
+  touch("bag/bag_0.db3");
+  EXPECT_THAT(found({"bag"}), ElementsAre("bag"));
+  touch("bag/a.png");
+  EXPECT_THAT(found({"bag"}), ElementsAre("bag/a.png"));
+}
+
 TEST_F(Sources, StreamsAndDevicesAreRefusedAndVideosPass) {
   EXPECT_THAT(found({"clip.mp4"}), ElementsAre("clip.mp4"));
   EXPECT_THAT(found({"/dev/null"}), ElementsAre(HasSubstr("a device or a socket")));

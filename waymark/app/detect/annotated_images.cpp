@@ -65,6 +65,10 @@ Result<AnnotatedVideo> AnnotatedVideo::create(const std::string& path, const std
     video.options_.rotation_deg = reader->info().rotation_deg;
     has_rate = true;
   }
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path, ignored))
+    return fail(ErrorCode::Unwritable, "the file already exists", {.source = path},
+                "Set `annotate` to another name.");
   return video;
 }
 

@@ -13,9 +13,11 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/camera_description.hpp"
+#include "waymark/app/common/output_files.hpp"
 #include "waymark/app/detect/annotated_images.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
+#include "waymark/codecs/image_codec.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/media/video_format.hpp"
 #include "waymark/plot/annotate.hpp"
@@ -79,13 +81,22 @@ std::string annotation_name(const std::string& name, const ImageReport& report, 
   return fmt::format("{}_{}.png", fs::path(name).stem().string(), report.image.substr(stamp + 1));
 }
 
+/// An existing file with other content is renamed to a backup.
+Status write_in_folder(const fs::path& path, const ColorImage& image) {
+  const auto bytes = encode_png(image);
+  if (!bytes) return tl::unexpected(bytes.error());
+  const std::string content(bytes->begin(), bytes->end());
+  if (const auto backup = move_aside(path, content); !backup) return tl::unexpected(backup.error());
+  return write_bytes(path, *bytes);
+}
+
 Status write_annotated(Annotations& annotations, const std::string& name, const Input& input,
                        const ImageReport& report, const ImageView& image,
                        const std::vector<plot::FrameAxes>& axes) {
   const auto drawn = plot::annotate(image, report.detections, axes);
   if (!drawn) return tl::unexpected(drawn.error());
   if (annotations.video) return annotations.video->add(*drawn, report.stamp);
-  return write_image(annotations.folder / annotation_name(name, report, input), *drawn);
+  return write_in_folder(annotations.folder / annotation_name(name, report, input), *drawn);
 }
 
 /// Passes reports on. Until a tag is found, each report is kept until the next one arrives, because the last

@@ -3,6 +3,7 @@
 #include "waymark/app/detect/detect_images.hpp"
 
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -187,6 +188,20 @@ TEST_F(DetectImages, RefusesToOverwriteInputs) {
       detect_images(job, finder_, {}, [](const ImageReport&, const PoseList&) { return true; });
   ASSERT_FALSE(summary);
   EXPECT_EQ(summary.error().place.key, folder_.string());
+}
+
+/// A second run changes nothing. Other images with the same names are renamed, not lost.
+TEST_F(DetectImages, KeepsImagesThatAnnotatedOnesWouldReplace) {
+  const DetectJob job{.sources = {at("tag.png")}, .annotate_folder = at("annotated")};
+  const auto run = [&] {
+    EXPECT_TRUE(detect_images(job, finder_, {}, [](const ImageReport&, const PoseList&) { return true; }));
+  };
+  fs::create_directories(at("annotated"));
+  fs::copy_file(at("tag.png"), at("annotated/tag.png"));
+  run();
+  run();
+  EXPECT_EQ(read_image(at("annotated/tag.1.png")).value(), read_image(at("tag.png")).value());
+  EXPECT_FALSE(fs::exists(at("annotated/tag.2.png")));
 }
 
 TEST_F(DetectImages, StopsBetweenTwoImages) {
@@ -435,6 +450,16 @@ TEST_F(TagVideo, WritesAnAnnotatedVideo) {
     EXPECT_EQ((*frame)->stamp, video_stamp(k));
     EXPECT_EQ((*frame)->luma.width, 320);
   }
+}
+
+TEST_F(TagVideo, DoesNotReplaceAnExistingFile) {
+  std::ofstream(at("seen.mp4")) << "something else";
+  const DetectJob job{.sources = {at("walk.mp4")}, .annotate_folder = at("seen.mp4")};
+  const auto summary =
+      detect_images(job, finder_, {}, [](const ImageReport&, const PoseList&) { return true; });
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().place.source, at("seen.mp4"));
+  EXPECT_EQ(fs::file_size(at("seen.mp4")), 14U);
 }
 
 TEST_F(TagVideo, CancellingKeepsTheAnnotatedVideoSoFar) {
