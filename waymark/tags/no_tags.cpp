@@ -92,10 +92,11 @@ GreyRange grey_range_of(const Image& image) {
   return {quantile(levels, 0.01), quantile(levels, 0.99), quantile(steps, 0.999)};
 }
 
-/// Whether all images are dark, faint or blurred.
+/// Whether all images are dark, bright, faint or blurred.
 std::optional<NoTagReason> reason_in_levels(const std::vector<Image>& images,
                                             const DetectorOptions& options) {
   constexpr int kDark = 40;
+  constexpr int kBright = 230;
   constexpr double kSharp = 0.12;  // of the range: an edge that is blurred over ten pixels
   std::vector<GreyRange> ranges;
   ranges.reserve(images.size());
@@ -104,6 +105,9 @@ std::optional<NoTagReason> reason_in_levels(const std::vector<Image>& images,
     return NoTagReason{NoTagCause::Dark,
                        "no tag found: the images are nearly black. Uncover the lens, add light or increase "
                        "the exposure time."};
+  if (std::ranges::all_of(ranges, [](const GreyRange& range) { return range.low > kBright; }))
+    return NoTagReason{NoTagCause::Bright,
+                       "no tag found: the images are nearly white. Reduce the light or the exposure time."};
   if (std::ranges::all_of(ranges, [&](const GreyRange& range) {
         return range.high - range.low < 2 * options.min_white_black_diff;
       }))
@@ -121,8 +125,9 @@ std::optional<NoTagReason> reason_in_levels(const std::vector<Image>& images,
 }
 
 /// Searches for each of the other families on its own, so that a failure for one family does not hide others.
+/// `found` states what the run found.
 std::optional<NoTagReason> reason_in_families(const std::vector<Image>& images,
-                                              const DetectorOptions& options) {
+                                              const DetectorOptions& options, const std::string& found) {
   const auto searched = chosen_families(options);
   if (!searched) return std::nullopt;
   for (const FamilyId id : kAllFamilies) {
@@ -131,7 +136,7 @@ std::optional<NoTagReason> reason_in_families(const std::vector<Image>& images,
     other.families = {std::string(to_string(id))};
     if (finds_tags(images, other))
       return NoTagReason{NoTagCause::OtherFamily,
-                         fmt::format("no tag found, but the images contain tags of {}. Set `family={}`.",
+                         fmt::format("{}, but the images contain tags of {}. Set `family={}`.", found,
                                      to_string(id), to_string(id))};
   }
   return std::nullopt;
@@ -151,6 +156,8 @@ std::string_view to_string(NoTagCause cause) {
       return "small";
     case NoTagCause::Dark:
       return "dark";
+    case NoTagCause::Bright:
+      return "bright";
     case NoTagCause::Faint:
       return "faint";
     case NoTagCause::Blurred:
@@ -160,13 +167,12 @@ std::string_view to_string(NoTagCause cause) {
 }
 
 void NoTagDiagnosis::add(const ImageView& image, std::size_t tags) {
-  found_ = found_ || tags > 0;
-  if (found_) {
-    kept_.clear();
+  if (tags > 0) {
+    ++with_;
     return;
   }
-  ++images_;
-  if (!std::has_single_bit(images_) || image.empty()) return;
+  ++without_;
+  if (!std::has_single_bit(without_) || image.empty()) return;
   Image copy(image.width, image.height);
   for (int y = 0; y < image.height; ++y) std::copy_n(image.row(y), image.width, copy.row(y));
   if (kept_.size() == kMaxKept) kept_.erase(kept_.begin() + 1);  // the first image is kept
@@ -174,14 +180,17 @@ void NoTagDiagnosis::add(const ImageView& image, std::size_t tags) {
 }
 
 std::optional<NoTagReason> NoTagDiagnosis::reason(const DetectorOptions& options) const {
-  if (found_ || kept_.empty()) return std::nullopt;
-  const auto in_levels = reason_in_levels(kept_, options);
-  if (in_levels && in_levels->cause != NoTagCause::Blurred) return in_levels;
+  if (kept_.empty() || without_ < (kFewImages - 1) * with_) return std::nullopt;
   // The detector of this project is used in any case, because it also finds inverted tags.
   DetectorOptions own;
   own.families = options.families;
   own.max_hamming = 0;
   own.min_white_black_diff = options.min_white_black_diff;
+  if (with_ > 0)
+    return reason_in_families(kept_, own,
+                              fmt::format("tags found in {} of {} images only", with_, with_ + without_));
+  const auto in_levels = reason_in_levels(kept_, options);
+  if (in_levels && in_levels->cause != NoTagCause::Blurred) return in_levels;
   if (finds_tags(all_changed(kept_, mirrored), own))
     return NoTagReason{NoTagCause::Mirrored,
                        "no tag found, but the mirrored images contain tags. Switch off mirroring in the "
@@ -192,7 +201,7 @@ std::optional<NoTagReason> NoTagDiagnosis::reason(const DetectorOptions& options
     return NoTagReason{NoTagCause::Inverted,
                        "no tag found, but the images contain tags with black and white exchanged. Set "
                        "`find_inverted`."};
-  if (auto other = reason_in_families(kept_, own)) return other;
+  if (auto other = reason_in_families(kept_, own, "no tag found")) return other;
   constexpr int kMaxEnlarged = 4096;  // maximum side of an image that is enlarged [px]
   std::vector<Image> small = kept_;
   std::erase_if(small,

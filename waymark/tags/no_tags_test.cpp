@@ -59,7 +59,11 @@ TEST(NoTagDiagnosis, RecognisesMirroredAndInvertedImages) {
   EXPECT_EQ(in_inverted->cause, NoTagCause::Inverted);
 }
 
-TEST(NoTagDiagnosis, RecognisesDarkAndFaintImages) {
+TEST(NoTagDiagnosis, RecognisesDarkBrightAndFaintImages) {
+  const auto in_bright =
+      reason_for(each_pixel(scene(), [](int v) { return static_cast<std::uint8_t>(240 + v / 32); }));
+  ASSERT_TRUE(in_bright);
+  EXPECT_EQ(in_bright->cause, NoTagCause::Bright);
   const auto in_dark =
       reason_for(each_pixel(scene(), [](int v) { return static_cast<std::uint8_t>(v / 16); }));
   ASSERT_TRUE(in_dark);
@@ -78,13 +82,25 @@ TEST(NoTagDiagnosis, HasNoResultWithoutEvidence) {
   EXPECT_FALSE(reason_for(clutter));
 }
 
-TEST(NoTagDiagnosis, HasNoResultIfAnyImageContainsATag) {
+TEST(NoTagDiagnosis, HasNoResultIfSomeImagesContainATag) {
   NoTagDiagnosis diagnosis;
   diagnosis.add(scene(FamilyId::Tag25h9), 0);
   diagnosis.add(scene(), 1);
   diagnosis.add(scene(FamilyId::Tag25h9), 0);
   EXPECT_FALSE(diagnosis.reason({}));
   EXPECT_FALSE(NoTagDiagnosis().reason({}));
+}
+
+/// A family with few bits is occasionally found in clutter, although the tags are of another one.
+TEST(NoTagDiagnosis, NamesTheFamilyIfHardlyAnyImageContainsATag) {
+  NoTagDiagnosis diagnosis;
+  diagnosis.add(scene(), 1);
+  for (int i = 0; i < 18; ++i) diagnosis.add(scene(FamilyId::Tag25h9), 0);
+  EXPECT_FALSE(diagnosis.reason({}));
+  diagnosis.add(scene(FamilyId::Tag25h9), 0);
+  const auto reason = diagnosis.reason({});
+  ASSERT_TRUE(reason);
+  EXPECT_EQ(reason->cause, NoTagCause::OtherFamily);
 }
 
 }  // namespace

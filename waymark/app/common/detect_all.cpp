@@ -268,7 +268,7 @@ ReportFields fields(const ImageLine& line) {
        if_any(detections)},
       {"no_tag_cause",
        "Last image, if no image of the run contains a tag: other_family, mirrored, inverted, small, dark, "
-       "faint or blurred; absent if the cause is unknown",
+       "bright, faint or blurred; absent if the cause is unknown",
        if_any(part(report.no_tag_reason, cause))},
       {"error", "What failed for this input; absent if nothing did", if_any(report.error)},
       {"age_ms", "Cameras: time from the middle of the exposure until the tags were found",
