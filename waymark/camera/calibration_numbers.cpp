@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
 
 namespace waymark {
@@ -102,6 +105,23 @@ Status check_matrix(const std::array<double, 9>& k) {
               "Its rows are [fx, skew, cx], [0, fy, cy], [0, 0, 1].");
 }
 
+/// A focal length in millimetres, as data sheets state it, would mean an impossible field of view in pixels.
+Status check_focal_length(const CalibrationNumbers& numbers, Lens lens) {
+  const double widest_rad = lens == Lens::Equidistant ? 2 * std::numbers::pi : to_radians(170);
+  const double half = 0.5 * static_cast<double>(numbers.width_px);
+  const double least_px =
+      lens == Lens::Equidistant ? half / (0.5 * widest_rad) : half / std::tan(0.5 * widest_rad);
+  if (!(numbers.k[0] > 0) || !(numbers.k[0] < least_px)) return {};  // CameraModel::make() checks its sign
+  return fail(
+      ErrorCode::InvalidArgument,
+      fmt::format("a focal length of {:.4g} px would mean a field of view of more than {:.0f} degrees "
+                  "in an image {} px wide",
+                  numbers.k[0], to_degrees(widest_rad), numbers.width_px),
+      {.key = "camera_matrix"},
+      "Give it in pixels: the focal length in mm, divided by the width of the sensor in mm, times the "
+      "width of the image in pixels.");
+}
+
 /// The part with zeros replaced by what they mean.
 Result<ImagePart> explicit_part(const CalibrationNumbers& numbers) {
   ImagePart part = numbers.part;
@@ -137,6 +157,7 @@ Result<CameraModel> camera_from(const CalibrationNumbers& numbers) {
   const Result<std::size_t> count = used_count(numbers, *lens);
   if (!count) return tl::unexpected(count.error());
   if (Status matrix = check_matrix(numbers.k); !matrix) return tl::unexpected(matrix.error());
+  if (Status focal = check_focal_length(numbers, *lens); !focal) return tl::unexpected(focal.error());
   ImagePart part{
       .width_px = numbers.width_px, .height_px = numbers.height_px, .binning_x = 1, .binning_y = 1};
   const bool sized = numbers.width_px > 0 && numbers.height_px > 0 && numbers.width_px <= kMaxSide_px &&

@@ -131,5 +131,20 @@ TEST(CalibrationNumbers, RejectsInvalidMatricesAndSizes) {
   EXPECT_EQ(key_of_error(numbers), "resolution");
 }
 
+/// Wide lenses are accepted: a pinhole model up to 160 degrees, a fisheye up to 220 degrees and beyond.
+TEST(CalibrationNumbers, RejectsFocalLengthsInMillimetres) {
+  CalibrationNumbers numbers = some_numbers();
+  numbers.distortion.clear();
+  numbers.k[0] = numbers.k[4] = 3.6;
+  EXPECT_EQ(key_of_error(numbers), "camera_matrix");
+  numbers.k[0] = numbers.k[4] = 57;
+  EXPECT_EQ(key_of_error(numbers), "no error");
+  numbers.model = "equidistant";
+  numbers.k[0] = numbers.k[4] = 166;
+  EXPECT_EQ(key_of_error(numbers), "no error");
+  numbers.k[0] = numbers.k[4] = 8;
+  EXPECT_EQ(key_of_error(numbers), "camera_matrix");
+}
+
 }  // namespace
 }  // namespace waymark
