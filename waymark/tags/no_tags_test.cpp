@@ -95,9 +95,9 @@ TEST(NoTagDiagnosis, HasNoResultIfSomeImagesContainATag) {
 TEST(NoTagDiagnosis, NamesTheFamilyIfHardlyAnyImageContainsATag) {
   NoTagDiagnosis diagnosis;
   diagnosis.add(scene(), 1);
-  for (int i = 0; i < 18; ++i) diagnosis.add(scene(FamilyId::Tag25h9), 0);
+  for (int i = 0; i < 18; ++i) diagnosis.add(scene(FamilyId::TagStandard41h12), 0);
   EXPECT_FALSE(diagnosis.reason({}));
-  diagnosis.add(scene(FamilyId::Tag25h9), 0);
+  diagnosis.add(scene(FamilyId::TagStandard41h12), 0);
   const auto reason = diagnosis.reason({});
   ASSERT_TRUE(reason);
   EXPECT_EQ(reason->cause, NoTagCause::OtherFamily);
