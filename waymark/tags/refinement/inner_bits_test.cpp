@@ -75,6 +75,23 @@ TEST(InnerCorrection, UndoesAddedIllumination) {
 }
 
 using refinement::InnerPixels;
+using refinement::InnerSums;
+using refinement::InnerVector;
+using refinement::kBendT;
+using refinement::kBlack;
+using refinement::kBlackS;
+using refinement::kBlurS;
+using refinement::kBlurT;
+using refinement::kGrowth;
+using refinement::kInnerUnknowns;
+using refinement::kShearS;
+using refinement::kShiftS;
+using refinement::kStretchT;
+using refinement::kUnknownsOnBorder;
+using refinement::kWhite;
+using refinement::kWhiteS;
+using refinement::kWhiteT;
+using refinement::sum_up;
 
 /// Pixels of a tag of this size, with cells placed by its true corners.
 InnerPixels pixels_of(const Print& print) {
@@ -89,8 +106,7 @@ InnerPixels pixels_of(const Print& print) {
 }
 
 /// A point near the truth, with all unknowns different from 0.
-refinement::InnerVector point_near(const Print& print, double growth) {
-  using namespace refinement;
+InnerVector point_near(const Print& print, double growth) {
   InnerVector x;
   for (int i = 0; i < kInnerUnknowns; ++i) x[i] = 0.01 * (i % 3 - 1) + 0.02;
   x[kBlack] = print.black;
@@ -103,9 +119,9 @@ refinement::InnerVector point_near(const Print& print, double growth) {
 }
 
 template <int Unknowns>
-void expect_same_sums(const InnerPixels& pixels, const refinement::InnerVector& x) {
-  const auto portable = refinement::sum_up<Unknowns>(pixels, x, 1, 20, refinement::portable_inner_kernels());
-  const auto quick = refinement::sum_up<Unknowns>(pixels, x, 1, 20);
+void expect_same_sums(const InnerPixels& pixels, const InnerVector& x) {
+  const auto portable = sum_up<Unknowns>(pixels, x, 1, 20, refinement::portable_inner_kernels());
+  const auto quick = sum_up<Unknowns>(pixels, x, 1, 20);
   for (int i = 0; i < Unknowns; ++i) {
     for (int k = 0; k < Unknowns; ++k) {
       const double scale = std::sqrt(portable.information(i, i) * portable.information(k, k));
@@ -128,8 +144,8 @@ TEST(InnerSums, TheFastestAgreeWithThePortableOnes) {
       ASSERT_GT(pixels.count, 100);
       for (const bool skew_matters : {false, true}) {
         pixels.skew_matters = skew_matters;
-        expect_same_sums<refinement::kUnknownsOnBorder>(pixels, point_near(print, growth));
-        expect_same_sums<refinement::kInnerUnknowns>(pixels, point_near(print, growth));
+        expect_same_sums<kUnknownsOnBorder>(pixels, point_near(print, growth));
+        expect_same_sums<kInnerUnknowns>(pixels, point_near(print, growth));
       }
     }
   }
@@ -137,7 +153,6 @@ TEST(InnerSums, TheFastestAgreeWithThePortableOnes) {
 
 /// The derivatives are those of the cost: half the change of the cost along an unknown is minus the gradient.
 TEST(InnerSums, GradientIsTheDerivativeOfTheCost) {
-  using namespace refinement;
   const Print print{.side_px = 60, .noise = 2};
   const InnerPixels pixels = pixels_of(print);
   const InnerVector x = point_near(print, 0.1);

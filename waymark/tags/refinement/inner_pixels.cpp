@@ -57,9 +57,9 @@ class BitCells {
   }
 
  private:
-  static constexpr int kStride = kMaxCells + 2 * kAround;
+  static constexpr std::size_t kStride = kMaxCells + 2 * kAround;
   static std::size_t at(int x, int y) {
-    return static_cast<std::size_t>((y + kAround) * kStride + x + kAround);
+    return static_cast<std::size_t>(y + kAround) * kStride + static_cast<std::size_t>(x + kAround);
   }
   float& white(int x, int y) { return white_[at(x, y)]; }
   void find_unknown() {
@@ -69,7 +69,7 @@ class BitCells {
 
   int cells_ = 0;
   bool some_unknown_ = false;
-  std::array<float, static_cast<std::size_t>(kStride) * kStride> white_{};
+  std::array<float, kStride * kStride> white_{};
 };
 
 /// The lines between cells, as functions of the position relative to `middle_px` in float precision.
@@ -177,6 +177,12 @@ void each_pixel(const TagBands& tag, int cells, int most, const Visit& visit) {
   }
 }
 
+/// The nearest integer of a positive number. std::lround() is a function call.
+int nearest(float x) {
+  const int below = static_cast<int>(x);
+  return x - static_cast<float>(below) < 0.5F ? below : below + 1;
+}
+
 /// Collects pixels and writes them to blocks, kLanes at a time.
 class InnerReader {
  public:
@@ -253,7 +259,7 @@ class InnerReader {
     // Curved lines may move a pixel out of the cells.
     if (!(u > 0) || !(v > 0) || !(u < static_cast<float>(cells_)) || !(v < static_cast<float>(cells_)))
       return;
-    const std::array<int, 2> first = {static_cast<int>(u + 0.5F) - 1, static_cast<int>(v + 0.5F) - 1};
+    const std::array<int, 2> first = {nearest(u) - 1, nearest(v) - 1};
     if (!pattern_.known(first[0] - 1, first[1] - 1)) return;
     if (pixels_.count == InnerPixels::kMaxBlocks * kLanes) return;
     InnerBlock& block = pixels_.block[static_cast<std::size_t>(pixels_.count / kLanes)];
