@@ -5,12 +5,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
+#include <optional>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "waymark/families/family.hpp"
+#include "waymark/tags/refinement/lens_bends.hpp"
 
 namespace waymark::refinement {
 namespace {
@@ -113,31 +114,70 @@ Places locate(const CellLines& lines, const Lanes& x, const Lanes& y) {
   return places;
 }
 
-template <class T>
-T along(const T& cell, int cells) {
-  using Scalar = std::conditional_t<std::is_same_v<T, double>, double, float>;
-  return static_cast<Scalar>(2.0 / cells) * cell - Scalar(1);
-}
+/// -1 to 1 along the cells.
+Lanes along(const Lanes& cell, int cells) { return 2.0F / static_cast<float>(cells) * cell - 1.0F; }
 
-/// Displacement of the print at (s, t) due to the lens and the fitted curvature of the four edges [px].
-Vector2d bend_px(const TagBands& tag, const TagEstimate& estimate, double s, double t) {
-  const auto of = [&](std::size_t k, double at) -> Vector2d {
-    return (1 - at * at) * estimate.edges[k][kBend] * tag.edges[k].normal;
-  };
-  const Vector2d lens = tag.lens ? tag.lens->at(s, t) : Vector2d::Zero();
-  return lens + 0.5 * ((1 - t) * of(0, s) + (1 + t) * of(2, -s) + (1 + s) * of(1, t) + (1 - s) * of(3, -t));
-}
-
-bool bends_matter(const TagBands& tag, const TagEstimate& estimate) {
-  constexpr double kNegligiblePx = 0.02;
-  if (tag.lens)
-    for (const Vector2d& off : tag.lens->off_px)
-      if (off.cwiseAbs().maxCoeff() > kNegligiblePx) return true;
-  for (std::size_t k = 0; k < 4; ++k) {
-    if (std::abs(estimate.edges[k][kBend]) > kNegligiblePx) return true;
+/// Displacement of the print relative to the homography given by the corners: by the lens, or, if it is
+/// unknown, by the radial distortion that the curvature of the edges suggests; and by what remains of their
+/// curvature.
+class Bends {
+ public:
+  Bends(const TagBands& tag, const TagEstimate& estimate) : tag_(tag) {
+    for (std::size_t k = 0; k < 4; ++k) bend_px_[k] = estimate.edges[k][kBend];
+    if (tag.lens || !any(bend_px_)) return;
+    field_ = radial_field(tag.edges, bend_px_);
+    for (std::size_t k = 0; k < 4; ++k) bend_px_[k] -= bulge_px(*field_, tag.edges[k]);
   }
-  return false;
-}
+
+  [[nodiscard]] bool matter() const {
+    const auto is_large = [](const Vector2d& off) { return off.cwiseAbs().maxCoeff() > kNegligiblePx; };
+    return field_ || any(bend_px_) || (tag_.lens && std::ranges::any_of(tag_.lens->off_px, is_large));
+  }
+
+  /// Where pixels would be without the displacement. `x` and `y` are relative to the middle of the tag [px],
+  /// `places` is where they are in the print.
+  [[nodiscard]] std::array<Lanes, 2> removed(const Lanes& x, const Lanes& y, const Places& places,
+                                             int cells) const {
+    const Lanes s = along(places.cell[0], cells);
+    const Lanes t = along(places.cell[1], cells);
+    std::array<Lanes, 2> out = {x, y};
+    const auto remove = [&](std::size_t k, const Lanes& weight) {
+      for (const int i : {0, 1})
+        out[static_cast<std::size_t>(i)] -=
+            static_cast<float>(0.5 * bend_px_[k] * tag_.edges[k].normal[i]) * weight;
+    };
+    remove(0, (1 - t) * (1 - s * s));
+    remove(2, (1 + t) * (1 - s * s));
+    remove(1, (1 + s) * (1 - t * t));
+    remove(3, (1 - s) * (1 - t * t));
+    if (field_) {
+      const auto sides = static_cast<float>(1 / field_->side_px);
+      const auto off = field_->at(Lanes(sides * x), Lanes(sides * y));
+      for (std::size_t i = 0; i < 2; ++i) out[i] -= off[i];
+    }
+    if (tag_.lens) remove_lens(s, t, out);
+    return out;
+  }
+
+ private:
+  static constexpr double kNegligiblePx = 0.02;
+
+  static bool any(const std::array<double, 4>& bends) {
+    return std::ranges::any_of(bends, [](double bend) { return std::abs(bend) > kNegligiblePx; });
+  }
+
+  void remove_lens(const Lanes& s, const Lanes& t, std::array<Lanes, 2>& out) const {
+    for (Eigen::Index lane = 0; lane < kLanes; ++lane) {
+      const Vector2d off = tag_.lens->at(static_cast<double>(s[lane]), static_cast<double>(t[lane]));
+      out[0][lane] -= static_cast<float>(off.x());
+      out[1][lane] -= static_cast<float>(off.y());
+    }
+  }
+
+  const TagBands& tag_;
+  std::optional<RadialField> field_{};
+  std::array<double, 4> bend_px_{};  ///< outward bulge of each edge that neither lens nor field explains
+};
 
 double area_px2(const TagBands& tag) {
   double twice = 0;
@@ -189,12 +229,12 @@ class InnerReader {
   InnerReader(const ImageView& image, const PrintedTag& print, const TagBands& tag,
               const TagEstimate& estimate, InnerPixels& pixels)
       : image_(image),
-        tag_(tag),
         estimate_(estimate),
         pixels_(pixels),
         pattern_(print),
         cells_(family(print.id.family).width_at_border),
-        is_bent_(bends_matter(tag, estimate)),
+        bends_(tag, estimate),
+        is_bent_(bends_.matter()),
         lines_(lines_of(tag)) {
     pixels_.count = 0;
   }
@@ -240,15 +280,8 @@ class InnerReader {
 
   /// The places in the print without the curvature of its lines.
   [[nodiscard]] Places unbent(const Places& places) const {
-    Lanes x = x_;
-    Lanes y = y_;
-    for (Eigen::Index lane = 0; lane < kLanes; ++lane) {
-      const Vector2d off = bend_px(tag_, estimate_, along(static_cast<double>(places.cell[0][lane]), cells_),
-                                   along(static_cast<double>(places.cell[1][lane]), cells_));
-      x[lane] -= static_cast<float>(off.x());
-      y[lane] -= static_cast<float>(off.y());
-    }
-    return locate(lines_, x, y);
+    const std::array<Lanes, 2> at = bends_.removed(x_, y_, places, cells_);
+    return locate(lines_, at[0], at[1]);
   }
 
   /// Puts a pixel into the next lane, unless a cell around it is unknown or all blocks are full.
@@ -310,11 +343,11 @@ class InnerReader {
   }
 
   const ImageView& image_;
-  const TagBands& tag_;
   const TagEstimate& estimate_;
   InnerPixels& pixels_;
   BitCells pattern_;
   int cells_;
+  Bends bends_;
   bool is_bent_;
   CellLines lines_;
   std::size_t waiting_ = 0;

@@ -97,4 +97,63 @@ std::array<double, 4> expect_bends(const CameraModel* camera, double curvature_p
   return sigma_px;
 }
 
+namespace {
+
+using Row = Eigen::Array<double, 1, 1>;
+
+Vector2d displacement_px(const RadialField& field, const Vector2d& px) {
+  const Vector2d u = (px - field.middle_px) / field.side_px;
+  const auto off = field.at(Row(u.x()), Row(u.y()));
+  return {off[0][0], off[1][0]};
+}
+
+/// The infinitesimal homography with the coefficients of RadialField, at u.
+Eigen::Matrix<double, 2, 8> homography_terms(const Vector2d& u) {
+  Eigen::Matrix<double, 2, 8> terms;
+  terms << 1, 0, u.x(), u.y(), 0, 0, u.x() * u.x(), u.x() * u.y(),  //
+      0, 1, 0, 0, u.x(), u.y(), u.x() * u.y(), u.y() * u.y();
+  return terms;
+}
+
+/// The derivatives of the radial part with respect to g and k, at u.
+Eigen::Matrix<double, 2, 3> radial_terms(const Vector2d& u) {
+  Eigen::Matrix<double, 2, 3> terms;
+  terms << u.squaredNorm() * Eigen::Matrix2d::Identity(), u.squaredNorm() * u;
+  return terms;
+}
+
+}  // namespace
+
+RadialField radial_field(const std::array<EdgeFrame, 4>& edges, const std::array<double, 4>& bend_px) {
+  RadialField field;
+  field.middle_px = 0.25 * (edges[0].from + edges[1].from + edges[2].from + edges[3].from);
+  field.side_px = 0.25 * (edges[0].length_px + edges[1].length_px + edges[2].length_px + edges[3].length_px);
+  const auto unit = [&](const Vector2d& px) -> Vector2d { return (px - field.middle_px) / field.side_px; };
+  Eigen::Matrix<double, 8, 8> homography;
+  Eigen::Matrix<double, 8, 3> radial;
+  for (Eigen::Index k = 0; k < 4; ++k) {
+    const Vector2d corner = unit(edges[static_cast<std::size_t>(k)].from);
+    homography.middleRows<2>(2 * k) = homography_terms(corner);
+    radial.middleRows<2>(2 * k) = radial_terms(corner);
+  }
+  const Eigen::Matrix<double, 8, 3> by_radial = homography.partialPivLu().solve(radial);
+  Eigen::Matrix<double, 4, 3> bulge;
+  for (Eigen::Index k = 0; k < 4; ++k) {
+    const EdgeFrame& edge = edges[static_cast<std::size_t>(k)];
+    const Vector2d u = unit(0.5 * (edge.from + edge.to));
+    bulge.row(k) = edge.normal.transpose() * (radial_terms(u) - homography_terms(u) * by_radial);
+  }
+  const Eigen::Matrix3d normal =
+      bulge.transpose() * bulge + 1e-6 * bulge.squaredNorm() * Eigen::Matrix3d::Identity();
+  field.radial_px =
+      normal.inverse() * (bulge.transpose() * Eigen::Map<const Eigen::Vector4d>(bend_px.data()));
+  field.homography_px = by_radial * field.radial_px;
+  if (!field.radial_px.allFinite() || !field.homography_px.allFinite()) return {};
+  return field;
+}
+
+double bulge_px(const RadialField& field, const EdgeFrame& edge) {
+  return edge.normal.dot(displacement_px(field, 0.5 * (edge.from + edge.to)));
+}
+
 }  // namespace waymark::refinement

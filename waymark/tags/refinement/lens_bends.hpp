@@ -32,4 +32,33 @@ struct LensField {
 std::array<double, 4> expect_bends(const CameraModel* camera, double curvature_per_px,
                                    std::array<EdgeFrame, 4>& edges);
 
+/// Displacement of the print by an unknown radial distortion, relative to the homography given by the
+/// corners. With u from the middle of the tag, in sides of the tag, it is u.u (g + k u) minus the
+/// infinitesimal homography that moves the corners by the same amount. To third order in u, this is the
+/// displacement by k1 r^2 without what a homography contains; g points towards the optical axis or away from
+/// it.
+struct RadialField {
+  Eigen::Vector2d middle_px{0, 0};
+  double side_px = 1;
+  Eigen::Vector3d radial_px{0, 0, 0};                                               ///< g and k
+  Eigen::Matrix<double, 8, 1> homography_px = Eigen::Matrix<double, 8, 1>::Zero();  ///< see at()
+
+  /// The displacement [px] at a pixel `u` from the middle, in sides. T is an array of numbers.
+  template <class T, class Scalar = typename T::Scalar>
+  [[nodiscard]] std::array<T, 2> at(const T& x, const T& y) const {
+    const auto radial = [this](int i) { return static_cast<Scalar>(radial_px[i]); };
+    const auto plane = [this](int i) { return static_cast<Scalar>(homography_px[i]); };
+    const T square = x * x + y * y;
+    const T tilt = plane(6) * x + plane(7) * y;
+    return {T(square * (radial(0) + radial(2) * x) - (plane(0) + plane(2) * x + plane(3) * y + tilt * x)),
+            T(square * (radial(1) + radial(2) * y) - (plane(1) + plane(4) * x + plane(5) * y + tilt * y))};
+  }
+};
+
+/// The field whose bulges at the middles of the edges fit `bend_px` (outwards, by least squares).
+[[nodiscard]] RadialField radial_field(const std::array<EdgeFrame, 4>& edges,
+                                       const std::array<double, 4>& bend_px);
+/// The outward bulge of an edge by the field [px].
+[[nodiscard]] double bulge_px(const RadialField& field, const EdgeFrame& edge);
+
 }  // namespace waymark::refinement

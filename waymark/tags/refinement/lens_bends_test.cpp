@@ -2,6 +2,8 @@
 #include "waymark/tags/refinement/lens_bends.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -59,6 +61,38 @@ TEST(LensField, IsZeroWithoutDistortionAndUndefinedOutsideTheDomain) {
   Quad beyond = square.corners();
   for (Eigen::Vector2d& corner : beyond) corner += Eigen::Vector2d(3000, 0);
   EXPECT_FALSE(lens_field(square.camera, edge_frames(beyond, 8)));
+}
+
+/// The bulges of the edges are those at their middles in the image.
+TEST(RadialField, FollowsTheDistortedPrintFromTheBulgesOfItsEdges) {
+  const Square square;
+  const auto edges = edge_frames(square.corners(), 8);
+  const auto lens = lens_field(square.camera, edges);
+  ASSERT_TRUE(lens);
+  const Eigen::Matrix3d px_H_unit = homography_of_unit_square(square.corners());
+  const auto flat_px = [&](double s, double t) -> Eigen::Vector2d {
+    return (px_H_unit * Eigen::Vector3d((s + 1) / 2, (t + 1) / 2, 1)).hnormalized();
+  };
+  const std::array<Eigen::Vector2d, 4> middle_st = {Eigen::Vector2d(0, -1), {1, 0}, {0, 1}, {-1, 0}};
+  std::array<double, 4> bend_px{};
+  for (std::size_t k = 0; k < 4; ++k)
+    bend_px.at(k) = edges.at(k).normal.dot(lens->at(middle_st.at(k).x(), middle_st.at(k).y()));
+  const RadialField field = radial_field(edges, bend_px);
+  for (std::size_t k = 0; k < 4; ++k)
+    EXPECT_NEAR(bulge_px(field, edges.at(k)), bend_px.at(k), 0.02) << "one more bulge than unknowns";
+  using Row = Eigen::Array<double, 1, 1>;
+  double explained = 0;
+  double all = 0;
+  for (const double s : {-0.8, -0.3, 0.0, 0.4, 0.9}) {
+    for (const double t : {-0.9, -0.4, 0.0, 0.5, 0.8}) {
+      const Eigen::Vector2d u = (flat_px(s, t) - field.middle_px) / field.side_px;
+      const auto off = field.at(Row(u.x()), Row(u.y()));
+      const Eigen::Vector2d expected = lens->at(s, t);
+      explained += (Eigen::Vector2d(off[0][0], off[1][0]) - expected).squaredNorm();
+      all += expected.squaredNorm();
+    }
+  }
+  EXPECT_LT(explained, 0.05 * all);
 }
 
 }  // namespace
