@@ -64,9 +64,9 @@ struct Finder {
   int asked = 0;
   bool had_camera = false;
   FrameFinder function() {
-    return [this](const CameraFrame& image, const CameraModel* camera) -> Result<TagFrame> {
+    return [this](const CameraFrame& image, ImageLens lens) -> Result<TagFrame> {
       ++asked;
-      had_camera = camera != nullptr;
+      had_camera = lens.known();
       TagFrame frame{.stamp = image.stamp, .detections = std::vector<TagDetection>(1)};
       frame.detections[0].tag.number = 3;
       return frame;
@@ -164,7 +164,7 @@ TEST(ReadLap, IgnoresRecordedTagsIfImagesAreRequested) {
 TEST(ReadLap, AFinderErrorEndsTheReading) {
   int asked = 0;
   const Bytes file = record({.tags = false, .images = true});
-  const auto lap = lap_of(file, [&](const CameraFrame&, const CameraModel*) -> Result<TagFrame> {
+  const auto lap = lap_of(file, [&](const CameraFrame&, ImageLens) -> Result<TagFrame> {
     if (++asked == 3) return fail(ErrorCode::Unreadable, "stopped");
     return TagFrame{};
   });

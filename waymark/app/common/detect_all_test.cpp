@@ -74,7 +74,7 @@ TEST(DetectionsJson, HasTheDocumentedKeys) {
   std::vector<std::string> keys;
   const auto value = line_of(report, false);
   for (const auto& [key, ignored] : value.items()) keys.push_back(key);
-  EXPECT_THAT(keys, ::testing::ElementsAre("image", "width_px", "height_px", "detections"));
+  EXPECT_THAT(keys, ::testing::ElementsAre("image", "width_px", "height_px", "lens", "detections"));
   keys.clear();
   for (const auto& [key, ignored] : value["detections"][0].items()) keys.push_back(key);
   EXPECT_THAT(keys, ::testing::ElementsAre("tag", "family", "id", "hamming", "decision_margin", "corners_px",
@@ -206,7 +206,8 @@ class DetectRecording : public ::testing::Test {
       seen_.push_back(report);
       return static_cast<int>(seen_.size()) < most;
     };
-    return detect_all(find_inputs({file_.string()}, false), finder_, nullptr, control, each);
+    const LensChoice unknown{.camera = ImageLens::unknown(), .use_recorded = false};
+    return detect_all(find_inputs({file_.string()}, false), finder_, unknown, control, each);
   }
   fs::path file_ = testing::fresh_folder("jobs_detect_recording") / "lap.mcap";
   TagFinder finder_ = plain_finder();
