@@ -161,6 +161,24 @@ TEST(ReadLap, IgnoresRecordedTagsIfImagesAreRequested) {
   EXPECT_EQ(missing.error().code, ErrorCode::NotFound);
 }
 
+TEST(ReadLap, NamesDepthImagesIfThereAreNoOthers) {
+  constexpr const char* kDepth = "/depth/image/compressedDepth";
+  Bytes file;
+  auto recorder = SampleRecorder::open(memory_sink(file), {});
+  ASSERT_TRUE(recorder);
+  ASSERT_TRUE(recorder->add(Odometry{.stamp = ms(1)}));
+  ASSERT_TRUE(recorder->add_message(kDepth, ms(1), ros2::CompressedImage{.data = Bytes(40)}));
+  ASSERT_TRUE(recorder->close());
+  Finder finder;
+  const auto lap = lap_of(file, finder.function());
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  EXPECT_THAT(lap->notes, ::testing::Contains(HasSubstr(kDepth)));
+  const auto images = lap_of(file, finder.function(), TagSource::Images);
+  ASSERT_FALSE(images);
+  EXPECT_EQ(images.error().place.key, kDepth);
+  EXPECT_EQ(finder.asked, 0);
+}
+
 TEST(ReadLap, AFinderErrorEndsTheReading) {
   int asked = 0;
   const Bytes file = record({.tags = false, .images = true});

@@ -546,6 +546,20 @@ bool shows_distances(const RecordedView& view) {
   return view.encoding == "16UC1" && (contains("depth") || contains("disparity") || contains("/range"));
 }
 
+std::optional<Error> only_depth_images(const CameraFacts& facts) {
+  std::vector<std::string> topics;
+  for (const RecordedView& view : facts.views) {
+    if (!view.image) continue;
+    if (!shows_distances(view)) return std::nullopt;
+    topics.push_back(view.topic);
+  }
+  if (topics.empty()) return std::nullopt;
+  return Error{ErrorCode::NotFound,
+               "this recording contains only depth images, in which no tags can be detected",
+               {.key = fmt::format("{}", fmt::join(topics, ", "))},
+               "Record the colour or infrared images of the camera too."};
+}
+
 ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice) {
   return CameraSelector(facts, choice).run();
 }

@@ -57,6 +57,10 @@ struct CameraFacts {
 /// Whether the view is a depth image, in which no tags can be detected.
 [[nodiscard]] bool shows_distances(const RecordedView& view);
 
+/// The error of detection in a recording whose only images are depth images, which it names; empty if there
+/// are other images or none.
+[[nodiscard]] std::optional<Error> only_depth_images(const CameraFacts& facts);
+
 /// Whether add_fact() uses the first message on a topic of this type.
 [[nodiscard]] bool first_message_has_facts(std::string_view type);
 

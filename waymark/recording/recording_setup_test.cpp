@@ -227,6 +227,18 @@ TEST(CameraChoice, RectifiedImagesUseTheProjectionMatrix) {
   EXPECT_EQ(choose_camera(facts, {}).camera, some_camera(380));
 }
 
+TEST(CameraFacts, ARecordingOfOnlyDepthImagesIsNamed) {
+  CameraFacts facts = a_robot();
+  facts.views[0].topic = "/camera/depth/image_rect_raw/compressedDepth";
+  facts.views.push_back({"/tags", "camera_color_optical_frame", false, {}});
+  const auto error = only_depth_images(facts);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->place.key, "/camera/depth/image_rect_raw/compressedDepth");
+  facts.views.push_back({"/camera/color/image_raw", "camera_color_optical_frame", true, "rgb8"});
+  EXPECT_FALSE(only_depth_images(facts));
+  EXPECT_FALSE(only_depth_images({})) << "no images";
+}
+
 TEST(ImageCameras, EachCameraHasItsOwnCalibration) {
   CameraFacts facts = a_robot();
   facts.views.push_back({"/camera/color/image_raw/compressed", "camera_color_optical_frame", true, {}});

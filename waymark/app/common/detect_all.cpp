@@ -416,13 +416,19 @@ void fail_with(Error error, const std::string& path, const JobControl& control, 
   ++summary.failed;
 }
 
-LogSelection images_of(const MessageLog& log) {
+/// The image topics without depth images. Fails if there are none.
+Result<LogSelection> images_of(const MessageLog& log, const CameraFacts& facts) {
   LogSelection selection;
   for (const LogChannel& channel : log.channels()) {
     if (channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType)
       selection.topics.insert(channel.topic);
   }
-  return selection;
+  if (const auto depth = only_depth_images(facts)) return tl::unexpected(*depth);
+  for (const RecordedView& view : facts.views)
+    if (shows_distances(view)) selection.topics.erase(view.topic);
+  if (!selection.topics.empty()) return selection;
+  return fail(ErrorCode::NotFound, "this recording contains no images", {},
+              "`waymark info` lists its contents.");
 }
 
 /// Selects the lens models for the images in a recording.
@@ -451,19 +457,19 @@ bool detect_recording(std::size_t index, const std::string& path, const TagFinde
     fail_with(log.error(), path, control, summary);
     return true;
   }
-  const LogSelection images = images_of(**log);
-  if (images.topics.empty()) {
-    fail_with({ErrorCode::NotFound,
-               "this recording contains no images",
-               {.source = path},
-               "`waymark info` lists its contents."},
-              path, control, summary);
+  const Result<RecordingSetup> setup = (*log)->setup();  // errors recur when the images are read
+  const CameraFacts facts = setup ? setup->facts : CameraFacts();
+  const Result<LogSelection> images = images_of(**log, facts);
+  if (!images) {
+    fail_with(images.error(), path, control, summary);
     return true;
   }
-  const Result<RecordingSetup> setup = (*log)->setup();  // errors recur when the images are read
-  const RecordedLenses lenses(setup ? setup->facts : CameraFacts(), choice);
+  for (const RecordedView& view : facts.views)
+    if (view.image && shows_distances(view))
+      control.note(fmt::format("note: depth images of {} are ignored", view.topic));
+  const RecordedLenses lenses(facts, choice);
   bool going = true;
-  const Status status = (*log)->visit_samples(images, [&](const Sample& sample) -> Status {
+  const Status status = (*log)->visit_samples(*images, [&](const Sample& sample) -> Status {
     const auto* frame = std::get_if<CameraFrame>(&sample);
     if (frame == nullptr) return {};
     ImageReport report = report_on(path, frame->stamp, frame->image, finder, lenses.of(frame->camera));

@@ -248,6 +248,28 @@ TEST_F(DetectRecording, FailsOnARecordingWithoutImages) {
   EXPECT_EQ(detect(control).failed, 1U);
 }
 
+TEST_F(DetectRecording, DepthImagesAreNamedAndIgnored) {
+  constexpr const char* kDepth = "/camera/depth/image_rect_raw/compressedDepth";
+  for (const bool color : {false, true}) {
+    std::vector<std::string> notes;
+    JobControl control;
+    control.note = [&](const std::string& words) { notes.push_back(words); };
+    file_ = testing::fresh_folder("jobs_depth_images") / "depth.mcap";
+    auto recorder = SampleRecorder::open(std::move(*create_file(file_)));
+    ASSERT_TRUE(recorder);
+    const SensorTime stamp(std::chrono::seconds(1));
+    ASSERT_TRUE(recorder->add_message(
+        kDepth, stamp, ros2::CompressedImage{.format = "16UC1; compressedDepth", .data = Bytes(40)}));
+    if (color) ASSERT_TRUE(recorder->add(CameraFrame{.stamp = stamp, .image = painted_image(80)}));
+    ASSERT_TRUE(recorder->close());
+    const DetectSummary summary = detect(control);
+    EXPECT_EQ(summary.failed, color ? 0U : 1U);
+    EXPECT_EQ(summary.tags, color ? 1U : 0U);
+    ASSERT_FALSE(notes.empty());
+    EXPECT_THAT(notes.front(), ::testing::AllOf(HasSubstr(kDepth), HasSubstr("depth images")));
+  }
+}
+
 TEST_F(DetectRecording, TagsAreDetectedWhileALapOfImagesIsRead) {
   std::vector<std::string> words;
   JobControl control;
