@@ -253,6 +253,8 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
   };
   Result<RecordedLap> lap =
       read_lap(**log, find, finder != nullptr ? TagSource::Images : TagSource::AsRecorded, choice);
+  if (!lap && lap.error().code == ErrorCode::NotFound && lap.error().place.source.empty())
+    lap.error().place.source = paths.front();
   if (lap && lap->setup.chosen.camera_error && lap->setup.chosen.camera_error->place.source.empty())
     lap->setup.chosen.camera_error->place.source = paths.front();
   if (lap && beyond_lens > 0) lap->notes.push_back(beyond_lens_note(beyond_lens));
