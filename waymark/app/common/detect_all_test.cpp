@@ -260,7 +260,9 @@ TEST_F(DetectRecording, DepthImagesAreNamedAndIgnored) {
     const SensorTime stamp(std::chrono::seconds(1));
     ASSERT_TRUE(recorder->add_message(
         kDepth, stamp, ros2::CompressedImage{.format = "16UC1; compressedDepth", .data = Bytes(40)}));
-    if (color) ASSERT_TRUE(recorder->add(CameraFrame{.stamp = stamp, .image = painted_image(80)}));
+    if (color) {
+      ASSERT_TRUE(recorder->add(CameraFrame{.stamp = stamp, .image = painted_image(80)}));
+    }
     ASSERT_TRUE(recorder->close());
     const DetectSummary summary = detect(control);
     EXPECT_EQ(summary.failed, color ? 0U : 1U);

@@ -116,7 +116,9 @@ class DetectThroughALens : public ::testing::Test {
     auto recorder = SampleRecorder::open(std::move(*create_file(folder_ / name)));
     ASSERT_TRUE(recorder);
     const SensorTime stamp(std::chrono::seconds(1));
-    if (calibration) ASSERT_TRUE(recorder->add_camera(stamp, *calibration, SE3()));
+    if (calibration) {
+      ASSERT_TRUE(recorder->add_camera(stamp, *calibration, SE3()));
+    }
     ASSERT_TRUE(recorder->add(CameraFrame{.stamp = stamp, .image = image}));
     ASSERT_TRUE(recorder->close());
   }
