@@ -57,8 +57,9 @@ Peer peer_of(std::string name, Result<std::unique_ptr<Detector>> made) {
 
 Peer refined_peer_of(std::string name, Result<std::unique_ptr<Detector>> made) {
   const auto finder = std::make_shared<TagFinder>(make_tag_finder(std::move(made).value()).value());
-  return {std::move(name),
-          [finder](const Image& image) { return find_tags(image, *finder, nullptr).value().detections; }};
+  return {std::move(name), [finder](const Image& image) {
+            return find_tags(image, *finder, ImageLens::unknown()).value().detections;
+          }};
 }
 
 /// libapriltag with its own settings except the given ones.

@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
   int known = 0;
   for (int i = 0; i < frames; ++i) {
     const double begin = processor_s();
-    auto found = waymark::find_tags(*image, *finder, &robot->camera);
+    auto found = waymark::find_tags(*image, *finder, waymark::ImageLens::of(robot->camera));
     if (!found) return 1;
     const double seen = processor_s();
     for (int k = 0; k < 3; ++k) localizer->add(waymark::Odometry{at_ms(60 * i + 20 * k), {}, 0, 0});
@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
     filter_s += done - seen;
   }
   if (known == 0) return std::fprintf(stderr, "the filter found no pose\n"), 1;
-  const auto last = waymark::find_tags(*image, *finder, &robot->camera);
+  const auto last = waymark::find_tags(*image, *finder, waymark::ImageLens::of(robot->camera));
   if (!last) return 1;
   const double recorded_s = over_recording(setup, last->detections, std::atoi(argv[5]));
   std::printf("%.9f %.9f %.9f\n", detector_s / (frames - 3), filter_s / (frames - 3), recorded_s);

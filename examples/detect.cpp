@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   const auto calibration = waymark::read_camera(argv[2]);
   if (!calibration) return fail(calibration.error());
   const auto finder = waymark::make_tag_finder();
-  const auto found = waymark::find_tags(*image, *finder, &calibration->camera);
+  const auto found = waymark::find_tags(*image, *finder, waymark::ImageLens::of(calibration->camera));
   if (!found) return fail(found.error());
   for (const auto& detection : found->detections) {
     const auto pose = waymark::estimate_tag_pose(detection, std::atof(argv[3]), calibration->camera);

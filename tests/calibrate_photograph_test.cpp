@@ -46,7 +46,9 @@ TEST(CalibrationFromPhotographs, FindsTheCameraWithinItsUncertainty) {
     for (int i = 0; i < kColumns * kRows; ++i)
       scene.tags.push_back({{FamilyId::Tag36h11, i}, cam_T_board * board_T_tag(i), kSizeM});
     images.push_back(
-        find_tags(photograph(truth, scene, {}, random).value().image, finder, nullptr).value().detections);
+        find_tags(photograph(truth, scene, {}, random).value().image, finder, ImageLens::unknown())
+            .value()
+            .detections);
   }
   const auto found = calibrate_camera(images, board, 640, 480, LensModel::Radtan4);
   ASSERT_TRUE(found) << to_string(found.error());

@@ -74,7 +74,8 @@ Nees nees_at(double size_px, int images) {
   for (int i = 0; i < images; ++i) {
     const PhotographScene scene = scene_of(size_px, random);
     const auto photo = photograph(model, scene, {}, random).value();
-    const std::vector<TagDetection> found = find_tags(photo.image, finder, nullptr).value().detections;
+    const std::vector<TagDetection> found =
+        find_tags(photo.image, finder, ImageLens::unknown()).value().detections;
     for (const TagDetection& seen : found) {
       const auto pose = estimate_tag_pose(seen, kTagSizeM, model);
       if (!pose || seen.tag.number >= static_cast<int>(scene.tags.size())) continue;

@@ -147,7 +147,7 @@ TEST(UnreliableCorners, AreThoseThatAreOffAndHardlyAnyOthers) {
            {"mixed", 6}, {"single", 28}, {"grid", 1}, {"shadow", 3}, {"bar", 4}, {"margin", 1}}) {
     for (std::size_t i = 0; i < images; ++i) {
       const testing::TagImage photo = testing::tag_image(set, i, testing::kSecondSetSeed);
-      const FoundTags found = find_tags(photo.image, finder, nullptr).value();
+      const FoundTags found = find_tags(photo.image, finder, ImageLens::unknown()).value();
       for (const auto& [d, t] : match_detections(found.detections, photo.truth).correct) {
         double worst_px = 0;
         for (std::size_t k = 0; k < 4; ++k)

@@ -91,7 +91,7 @@ Outcome photographed(const CameraModel& camera, const std::vector<double>& off_a
   for (int i = 0; i < images; ++i) {
     Random random(500 + static_cast<std::uint64_t>(i));
     const auto photo = photograph(camera, scene_of(off_axis_deg, random), {}, random);
-    const auto found = find_tags(photo.value().image, finder, &camera);
+    const auto found = find_tags(photo.value().image, finder, ImageLens::of(camera));
     for (const TagTruth& truth : photo->tags)
       if (truth.visible_fraction == 1) add(found.value(), truth, camera, outcome);
   }

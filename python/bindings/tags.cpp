@@ -55,7 +55,7 @@ std::vector<TagDetection> detect(const PythonDetector& self, const py::object& i
   Result<FoundTags> found;
   {
     const py::gil_scoped_release release;
-    found = find_tags(view, self.finder, camera);
+    found = find_tags(view, self.finder, camera != nullptr ? ImageLens::of(*camera) : ImageLens::unknown());
   }
   return value_of(std::move(found)).detections;
 }

@@ -48,8 +48,8 @@ function update(): void {
   bar.update();
   const poses = world.posesAt(content, t), robot = poses.get("estimate") ?? poses.get("truth") ?? poses.get("odometry");
   if (byId("follow").ariaPressed === "true" && robot) map.follow(robot.p[0], robot.p[1]);
-  const inView = quadsAt(content.tracks.tags, content.families, t).length;
-  byId("facts").replaceChildren(...factsAt(content, poses, t, inView).map(([name, value]) => {
+  const quads = quadsAt(content.tracks, content.families, t), inView = quads.filter((quad) => !quad.unreliable).length;
+  byId("facts").replaceChildren(...factsAt(content, poses, t, inView, quads.length - inView).map(([name, value]) => {
     const row = document.createElement("div"), term = document.createElement("dt"), words = document.createElement("dd");
     term.textContent = name;
     words.textContent = value;
@@ -66,7 +66,7 @@ function drawCamera(): void {
   const frame = tags.indexAt(t); // the pose of the robot at the time of the image
   const base = frame >= 0 ? poseBetween(estimate.length > 0 ? estimate : truth, tags.time(frame)) : undefined;
   const map_T_cam = base && info?.base_T_cam ? compose(base, info.base_T_cam) : undefined;
-  camera.draw(info?.camera, quadsAt(content.tracks.tags, content.families, t), tagsByName, map_T_cam, live !== undefined || tags.length > 0);
+  camera.draw(info?.camera, quadsAt(content.tracks, content.families, t), tagsByName, map_T_cam, live !== undefined || tags.length > 0);
 }
 
 /** Updates everything that changes only when a file is opened. */

@@ -403,10 +403,12 @@ const char* kind_of(const Sample& sample) {
   return "";
 }
 
-/// Writes the rows of one sample; a tag frame has one row per tag.
+/// Writes the rows of one sample; a tag frame has one row per tag with usable corners. Programs that read the
+/// table thus never use unreliable corners.
 struct RowWriter {
   Lines& lines;
   ExportReport& report;
+  std::uint64_t& unreliable;  ///< number of tags without a row
 
   static std::int64_t t_ns(SensorTime stamp) { return stamp.time_since_epoch().count(); }
   Status counted(Status status) const {
@@ -414,8 +416,9 @@ struct RowWriter {
     return status;
   }
   Status operator()(const TagFrame& s) const {
+    unreliable += count_unreliable(s.detections);
     for (const TagDetection& d : s.detections) {
-      if (!usable_corners(d)) continue;  // a table has no column for the state
+      if (!usable_corners(d)) continue;
       const auto& c = d.corners_px;
       Status status = counted(lines.add("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", t_ns(s.stamp), s.camera,
                                         to_string(d.tag), d.hamming, d.decision_margin, c[0].x(), c[0].y(),
@@ -443,6 +446,17 @@ struct RowWriter {
     return {};
   }
 };
+
+constexpr const char* kKeepUnreliable = "Write .mcap to keep them, marked as unreliable.";
+
+LogProblem unreliable_problem(std::uint64_t tags) {
+  return {LogProblem::Kind::Trap, "csv.unreliable_corners",
+          Error{ErrorCode::Unsupported,
+                "a detection with unreliable corners is not in the table",
+                {},
+                kKeepUnreliable},
+          tags};
+}
 
 /// The kind to export if none is given; the recording must contain exactly one kind that fits a table.
 Result<std::string> only_kind(MessageLog& log, const LogSelection& selection) {
@@ -477,19 +491,26 @@ Result<ExportReport> export_csv(MessageLog& log, std::unique_ptr<ByteSink> sink,
                 "Known: detections, odometry, imu, range-bearing.");
   Lines lines(std::move(sink));
   ExportReport report;
+  std::uint64_t unreliable = 0;
   ExportProgress progress(log, options);
   Status status = lines.add("{}\n", kind->columns);
   if (status)
     status = log.visit_samples(options.selection, [&](const Sample& sample) -> Status {
       if (Status reported = progress.at(log_time_of(sample)); !reported) return reported;
-      return kind_of(sample) == wanted ? std::visit(RowWriter{lines, report}, sample) : Status{};
+      return kind_of(sample) == wanted ? std::visit(RowWriter{lines, report, unreliable}, sample) : Status{};
     });
   if (status) status = lines.flush();
   if (!status) return tl::unexpected(status.error());
+  if (report.messages == 0 && unreliable > 0)
+    return fail(
+        ErrorCode::NotFound,
+        fmt::format("all {} detections have unreliable corners, so the table would be empty", unreliable), {},
+        kKeepUnreliable);
   if (report.messages == 0)
     return fail(ErrorCode::NotFound, fmt::format("the selection contains no {}", wanted), {}, kContentsHint);
   report.by_topic[wanted] = report.messages;
   report.problems = log.problems();
+  if (unreliable > 0) report.problems.push_back(unreliable_problem(unreliable));
   return report;
 }
 

@@ -112,6 +112,7 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource
     });
   }
   if (source == TagSource::Images) {
+    if (const auto depth = only_depth_images(lap.setup.facts)) return tl::unexpected(*depth);
     if (log.topics_used(lap.setup, true).topics.empty())
       return fail(ErrorCode::NotFound, "the recording has no images in which to detect tags", {},
                   "Omit the detector settings to use the recorded tags.");
@@ -119,6 +120,8 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource
   }
   if (status && lap.frames.empty() && lap.tag_poses.empty() && find) status = find_tags(log, find, lap);
   if (!status) return tl::unexpected(status.error());
+  if (lap.frames.empty() && lap.tag_poses.empty() && find)
+    if (const auto depth = only_depth_images(lap.setup.facts)) lap.notes.push_back(to_string(*depth));
   order_frames(lap);
   rejoin_odometry(lap);
   lap.setup.problems = std::move(damaged);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/camera/image_lens.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/recording_setup.hpp"
 #include "waymark/samples/trajectory.hpp"
@@ -33,7 +34,7 @@ void order_frames(RecordedLap& lap);
 void rejoin_odometry(RecordedLap& lap);
 
 /// Detects the tags in an image, for recordings that contain no detections.
-using FrameFinder = std::function<Result<TagFrame>(const CameraFrame& frame, const CameraModel* camera)>;
+using FrameFinder = std::function<Result<TagFrame>(const CameraFrame& frame, ImageLens lens)>;
 
 enum class TagSource : std::uint8_t {
   AsRecorded,  ///< recorded tags; images only if there are no recorded tags

@@ -64,9 +64,9 @@ struct Finder {
   int asked = 0;
   bool had_camera = false;
   FrameFinder function() {
-    return [this](const CameraFrame& image, const CameraModel* camera) -> Result<TagFrame> {
+    return [this](const CameraFrame& image, ImageLens lens) -> Result<TagFrame> {
       ++asked;
-      had_camera = camera != nullptr;
+      had_camera = lens.known();
       TagFrame frame{.stamp = image.stamp, .detections = std::vector<TagDetection>(1)};
       frame.detections[0].tag.number = 3;
       return frame;
@@ -161,10 +161,28 @@ TEST(ReadLap, IgnoresRecordedTagsIfImagesAreRequested) {
   EXPECT_EQ(missing.error().code, ErrorCode::NotFound);
 }
 
+TEST(ReadLap, NamesDepthImagesIfThereAreNoOthers) {
+  constexpr const char* kDepth = "/depth/image/compressedDepth";
+  Bytes file;
+  auto recorder = SampleRecorder::open(memory_sink(file), {});
+  ASSERT_TRUE(recorder);
+  ASSERT_TRUE(recorder->add(Odometry{.stamp = ms(1)}));
+  ASSERT_TRUE(recorder->add_message(kDepth, ms(1), ros2::CompressedImage{.data = Bytes(40)}));
+  ASSERT_TRUE(recorder->close());
+  Finder finder;
+  const auto lap = lap_of(file, finder.function());
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  EXPECT_THAT(lap->notes, ::testing::Contains(HasSubstr(kDepth)));
+  const auto images = lap_of(file, finder.function(), TagSource::Images);
+  ASSERT_FALSE(images);
+  EXPECT_EQ(images.error().place.key, kDepth);
+  EXPECT_EQ(finder.asked, 0);
+}
+
 TEST(ReadLap, AFinderErrorEndsTheReading) {
   int asked = 0;
   const Bytes file = record({.tags = false, .images = true});
-  const auto lap = lap_of(file, [&](const CameraFrame&, const CameraModel*) -> Result<TagFrame> {
+  const auto lap = lap_of(file, [&](const CameraFrame&, ImageLens) -> Result<TagFrame> {
     if (++asked == 3) return fail(ErrorCode::Unreadable, "stopped");
     return TagFrame{};
   });

@@ -236,14 +236,6 @@ class CameraSelector {
   const RecordedMotion* imu_ = nullptr;
 };
 
-/// Tags cannot be detected in a depth image.
-bool shows_distances(const RecordedView& view) {
-  if (view.encoding == "32FC1" || view.topic.ends_with("/compressedDepth")) return true;
-  // Infrared and thermal cameras use 16UC1 as well.
-  const auto contains = [&](std::string_view part) { return view.topic.find(part) != std::string::npos; };
-  return view.encoding == "16UC1" && (contains("depth") || contains("disparity") || contains("/range"));
-}
-
 void CameraSelector::choose_views() {
   std::vector<RecordedView> all;
   for (const RecordedView& view : facts_.views) {
@@ -547,6 +539,27 @@ void CameraSelector::turn_imu() {
 
 }  // namespace
 
+bool shows_distances(const RecordedView& view) {
+  if (view.encoding == "32FC1" || view.topic.ends_with("/compressedDepth")) return true;
+  // Infrared and thermal cameras use 16UC1 as well.
+  const auto contains = [&](std::string_view part) { return view.topic.find(part) != std::string::npos; };
+  return view.encoding == "16UC1" && (contains("depth") || contains("disparity") || contains("/range"));
+}
+
+std::optional<Error> only_depth_images(const CameraFacts& facts) {
+  std::vector<std::string> topics;
+  for (const RecordedView& view : facts.views) {
+    if (!view.image) continue;
+    if (!shows_distances(view)) return std::nullopt;
+    topics.push_back(view.topic);
+  }
+  if (topics.empty()) return std::nullopt;
+  return Error{ErrorCode::NotFound,
+               "this recording contains only depth images, in which no tags can be detected",
+               {.key = fmt::format("{}", fmt::join(topics, ", "))},
+               "Record the colour or infrared images of the camera too."};
+}
+
 ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice) {
   return CameraSelector(facts, choice).run();
 }
@@ -570,6 +583,24 @@ std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts, const Cam
   return all;
 }
 
+std::map<std::string, CameraModel> image_cameras(const CameraFacts& facts) {
+  std::map<std::string, std::vector<std::optional<CameraModel>>> by_frame;
+  for (const RecordedView& view : facts.views) {
+    if (!view.image || shows_distances(view)) continue;
+    const ChosenCamera chosen = choose_camera(facts, {.camera_topic = view.topic});
+    by_frame[view.frame].push_back(chosen.ambiguous ? std::nullopt : chosen.camera);
+  }
+  std::map<std::string, CameraModel> cameras;
+  for (const auto& [frame, models] : by_frame) {
+    const bool named = std::ranges::find(facts.infos, frame, &RecordedCameraInfo::frame) != facts.infos.end();
+    const bool equal =
+        std::ranges::all_of(models, [&](const auto& model) { return model == models.front(); });
+    if ((named || by_frame.size() == 1) && equal && models.front())
+      cameras.emplace(ros2::camera_of_frame(frame), *models.front());
+  }
+  return cameras;
+}
+
 namespace {
 
 /// The first camera becomes the selected camera; topics that no camera uses are not read.
@@ -591,10 +622,10 @@ void use_all(std::vector<ChosenCamera> cameras, RecordingSetup& setup) {
 
 }  // namespace
 
-const CameraModel* lens_of(const RecordingSetup& setup, std::string_view camera) {
+ImageLens lens_of(const RecordingSetup& setup, std::string_view camera) {
   const auto found = std::ranges::find(setup.more_cameras, camera, &MountedCamera::name);
-  if (found != setup.more_cameras.end()) return &found->camera;
-  return setup.camera ? &*setup.camera : nullptr;
+  if (found != setup.more_cameras.end()) return ImageLens::of(found->camera);
+  return setup.camera ? ImageLens::of(*setup.camera) : ImageLens::unknown();
 }
 
 void choose(RecordingSetup& setup, const CameraChoice& choice) {

@@ -10,6 +10,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/camera/image_lens.hpp"
 #include "waymark/recording/byte_io.hpp"
 #include "waymark/recording/ros2/frame_tree.hpp"
 #include "waymark/samples/mounted_camera.hpp"
@@ -52,6 +53,13 @@ struct CameraFacts {
   std::vector<RecordedView> views{};
   std::vector<RecordedMotion> motions{};
 };
+
+/// Whether the view is a depth image, in which no tags can be detected.
+[[nodiscard]] bool shows_distances(const RecordedView& view);
+
+/// The error of detection in a recording whose only images are depth images, which it names; empty if there
+/// are other images or none.
+[[nodiscard]] std::optional<Error> only_depth_images(const CameraFacts& facts);
 
 /// Whether add_fact() uses the first message on a topic of this type.
 [[nodiscard]] bool first_message_has_facts(std::string_view type);
@@ -121,6 +129,11 @@ struct ChosenCamera {
 [[nodiscard]] std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts,
                                                            const CameraChoice& choice);
 
+/// The calibrations that match the images in a recording, by camera name. A camera is missing if its
+/// calibration is missing or ambiguous, or if it sends both raw and rectified images. If there are several
+/// cameras, a calibration is matched by its frame.
+[[nodiscard]] std::map<std::string, CameraModel> image_cameras(const CameraFacts& facts);
+
 /// Data about the robot in a recording that precede its samples.
 struct RecordingSetup {
   std::optional<CameraModel> camera{};
@@ -132,8 +145,8 @@ struct RecordingSetup {
   ChosenCamera chosen{};          ///< the choice from which `camera` and `base_T_cam` were derived
 };
 
-/// The model of the camera that a sample names; nullptr if unknown.
-[[nodiscard]] const CameraModel* lens_of(const RecordingSetup& setup, std::string_view camera);
+/// The lens of the camera that a sample names.
+[[nodiscard]] ImageLens lens_of(const RecordingSetup& setup, std::string_view camera);
 
 /// Selects the camera from `facts`. If several are complete and none was selected, selects all of them.
 void choose(RecordingSetup& setup, const CameraChoice& choice = {});

@@ -227,6 +227,42 @@ TEST(CameraChoice, RectifiedImagesUseTheProjectionMatrix) {
   EXPECT_EQ(choose_camera(facts, {}).camera, some_camera(380));
 }
 
+TEST(CameraFacts, ARecordingOfOnlyDepthImagesIsNamed) {
+  CameraFacts facts = a_robot();
+  facts.views[0].topic = "/camera/depth/image_rect_raw/compressedDepth";
+  facts.views.push_back({"/tags", "camera_color_optical_frame", false, {}});
+  const auto error = only_depth_images(facts);
+  ASSERT_TRUE(error);
+  EXPECT_EQ(error->place.key, "/camera/depth/image_rect_raw/compressedDepth");
+  facts.views.push_back({"/camera/color/image_raw", "camera_color_optical_frame", true, "rgb8"});
+  EXPECT_FALSE(only_depth_images(facts));
+  EXPECT_FALSE(only_depth_images({})) << "no images";
+}
+
+TEST(ImageCameras, EachCameraHasItsOwnCalibration) {
+  CameraFacts facts = a_robot();
+  facts.views.push_back({"/camera/color/image_raw/compressed", "camera_color_optical_frame", true, {}});
+  facts.views.push_back(
+      {"/camera/aligned/image_raw/compressedDepth", "camera_color_optical_frame", true, {}});
+  using Cameras = std::map<std::string, CameraModel>;
+  const std::string color = ros2::camera_of_frame("camera_color_optical_frame");
+  EXPECT_EQ(image_cameras(facts), (Cameras{{color, some_camera()}}));
+  facts.views.push_back({"/camera/infra1/image_rect_raw", "camera_infra1_optical_frame", true, "mono8"});
+  EXPECT_EQ(image_cameras(facts), (Cameras{{color, some_camera()}})) << "no calibration of infra1";
+  facts.infos.push_back({"/camera/infra1/camera_info", "camera_infra1_optical_frame", some_camera(500)});
+  const std::string infra1 = ros2::camera_of_frame("camera_infra1_optical_frame");
+  EXPECT_EQ(image_cameras(facts), (Cameras{{color, some_camera()}, {infra1, some_camera(500)}}));
+}
+
+TEST(ImageCameras, RawAndRectifiedImagesOfOneCameraHaveNone) {
+  CameraFacts facts = a_robot();
+  facts.infos[0].rectified = some_camera(380);
+  facts.views.push_back({"/camera/color/image_rect", "camera_color_optical_frame", true, {}});
+  EXPECT_THAT(image_cameras(facts), IsEmpty());
+  facts.views.erase(facts.views.begin());
+  EXPECT_EQ(image_cameras(facts).begin()->second, some_camera(380));
+}
+
 TEST(CameraChoice, OneOdometryAndOneImuAreUsed) {
   CameraFacts facts = a_robot();
   facts.motions.push_back({"/odometry/filtered", "base_link", false});

@@ -118,7 +118,8 @@ Status RobotLoop::search_image(const RobotListener& listener) {
   TagSequence& sequence = sequences_.try_emplace(frame.camera, *search_.finder).first->second;
   const auto expected =
       camera != nullptr ? listener.expected(*camera, frame.stamp) : std::vector<ExpectedTag>();
-  auto found = sequence.find(frame.image, camera != nullptr ? &camera->camera : nullptr, expected);
+  const ImageLens lens = camera != nullptr ? ImageLens::of(camera->camera) : ImageLens::unknown();
+  auto found = sequence.find(frame.image, lens, expected);
   if (!found) {  // a single failure does not end the drive; if all searches fail, the age of the last image
                  // stops the robot
     listener.on_text("an image was skipped: " + to_string(found.error()));

@@ -55,6 +55,18 @@ void LiveChannels::put_image(const CameraFrame& frame, std::int64_t host_ns,
       host_ns, wanted, out);
 }
 
+/// Unreliable tags precede the others of their image, so that a page that shows an image once its tags have
+/// arrived has both.
+void LiveChannels::put_tags(const TagFrame& frame, std::int64_t host_ns,
+                            const std::set<std::uint32_t>& wanted, std::vector<LiveMessage>& out) {
+  const std::string unreliable = topic_of_camera(frame.camera, topics::kUnreliableTags);
+  // Adds the channel before its first message, which viewers would otherwise miss.
+  static_cast<void>(target(unreliable, ros2::UnreliableTags::kType, wanted));
+  if (count_unreliable(frame.detections) > 0)
+    put(unreliable, ros2::unreliable_to_ros(frame), host_ns, wanted, out);
+  put(topic_of_camera(frame.camera, topics::of(frame)), ros2::to_ros(frame), host_ns, wanted, out);
+}
+
 /// The transform from odom to base_link is the odometry. The transform from map to odom is such that
 /// base_link is at the estimate.
 void LiveChannels::put_frames(const LiveSample& sample, const std::set<std::uint32_t>& wanted,
@@ -90,6 +102,8 @@ std::vector<LiveMessage> LiveChannels::encode(const LiveSample& sample,
           using Kind = std::remove_cvref_t<decltype(value)>;
           if constexpr (std::is_same_v<Kind, CameraFrame>)
             put_image(value, sample.host_ns, wanted, out);
+          else if constexpr (std::is_same_v<Kind, TagFrame>)
+            put_tags(value, sample.host_ns, wanted, out);
           else if constexpr (requires { value.camera; })
             put(topic_of_camera(value.camera, topics::of(value)), ros2::to_ros(value), sample.host_ns, wanted,
                 out);

@@ -62,6 +62,8 @@ class LiveChannels {
                   std::vector<LiveMessage>& out);
   void put_image(const CameraFrame& frame, std::int64_t host_ns, const std::set<std::uint32_t>& wanted,
                  std::vector<LiveMessage>& out);
+  void put_tags(const TagFrame& frame, std::int64_t host_ns, const std::set<std::uint32_t>& wanted,
+                std::vector<LiveMessage>& out);
 
   std::vector<LiveChannel> known_;
   std::map<std::string, std::uint32_t, std::less<>> by_topic_;

@@ -110,19 +110,19 @@ Result<TagFinder> make_tag_finder(const DetectorOptions& detector, const Refinem
   return finder;
 }
 
-Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, const CameraModel* camera) {
+Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, ImageLens lens) {
   auto detections = finder.detector->detect(image);
   if (!detections) return tl::unexpected(detections.error());
   FoundTags found{std::move(*detections)};
-  refine_all(image, finder, camera, found);
+  refine_all(image, finder, lens.camera(), found);
   return found;
 }
 
-Result<FoundTags> TagSequence::find(const ImageView& image, const CameraModel* camera,
+Result<FoundTags> TagSequence::find(const ImageView& image, ImageLens lens,
                                     std::span<const ExpectedTag> expected) {
   // Without tracking or expected tags, live and offline results are identical to the last bit.
   if (finder_->tracking.whole_every == 1 && expected.empty() && !tracker_)
-    return find_tags(image, *finder_, camera);
+    return find_tags(image, *finder_, lens);
   if (!tracker_) {
     auto made = TagTracker::make(*finder_->detector, finder_->tracking);
     if (!made) return tl::unexpected(made.error());
@@ -136,7 +136,7 @@ Result<FoundTags> TagSequence::find(const ImageView& image, const CameraModel* c
     return std::ranges::none_of(expected,
                                 [&](const ExpectedTag& tag) { return tag.tag == missed.expected.tag; });
   });
-  refine_all(image, *finder_, camera, found);
+  refine_all(image, *finder_, lens.camera(), found);
   return found;
 }
 

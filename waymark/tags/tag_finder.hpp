@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
-#include "waymark/camera/camera_model.hpp"
+#include "waymark/camera/image_lens.hpp"
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/detector.hpp"
@@ -41,13 +41,10 @@ struct FoundTags {
 };
 
 /// Finds the tags in an image and refines their corners, which then have a covariance. If a fit is not
-/// usable, the detected corners are kept with the covariance given by unrefined_sigma_px. `camera` is the
-/// camera model for images of this size; its distortion determines how the edges of tags are curved. Only
-/// tags with a corner outside its domain are dropped, and they are counted. The argument has no default
-/// because corners refined without the model of a distorting camera are biased; pass null if the model is
-/// unknown. Thread-safe if the detector is.
-[[nodiscard]] Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder,
-                                          const CameraModel* camera);
+/// usable, the detected corners are kept with the covariance given by unrefined_sigma_px. The distortion of
+/// the lens determines how the edges of tags are curved. Only tags with a corner outside its domain are
+/// dropped, and they are counted. Thread-safe if the detector is.
+[[nodiscard]] Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, ImageLens lens);
 
 /// The same for consecutive images from one camera. If tracking is enabled or tags are expected, tags are
 /// read at their predicted positions (tag_tracker.hpp).
@@ -56,9 +53,9 @@ class TagSequence {
   /// `finder` must outlive the sequence.
   explicit TagSequence(const TagFinder& finder) : finder_(&finder) {}
 
-  /// The tags in the next image; `camera` as for find_tags(). `expected` contains the positions of tags as
+  /// The tags in the next image; `lens` as for find_tags(). `expected` contains the positions of tags as
   /// predicted from a pose and a map.
-  [[nodiscard]] Result<FoundTags> find(const ImageView& image, const CameraModel* camera,
+  [[nodiscard]] Result<FoundTags> find(const ImageView& image, ImageLens lens,
                                        std::span<const ExpectedTag> expected = {});
 
  private:

@@ -1,6 +1,8 @@
 #include "waymark/tags/tag_finder.hpp"
 
+#include <cstddef>
 #include <memory>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -15,6 +17,13 @@ using testing::detection_at;
 using testing::Print;
 using testing::render;
 using testing::worst_error;
+
+// A caller cannot omit the lens by accident.
+static_assert(!std::is_default_constructible_v<ImageLens>);
+static_assert(!std::is_convertible_v<const CameraModel*, ImageLens>);
+static_assert(!std::is_convertible_v<std::nullptr_t, ImageLens>);
+static_assert(!std::is_constructible_v<ImageLens, const CameraModel*>);
+static_assert(!std::is_invocable_v<decltype(&find_tags), const ImageView&, const TagFinder&>);
 
 /// Returns the given detections or a given error.
 class ScriptedDetector final : public Detector {
@@ -41,7 +50,7 @@ TEST(TagFinder, RefinesDetections) {
   const auto finder = make_tag_finder(
       std::make_unique<ScriptedDetector>(std::vector{detection_at(print, 0.2, random), elsewhere}));
   ASSERT_TRUE(finder);
-  const auto found = find_tags(image, *finder, nullptr);
+  const auto found = find_tags(image, *finder, ImageLens::unknown());
   ASSERT_TRUE(found);
   ASSERT_EQ(found->detections.size(), 2U);
   const TagDetection& first = found->detections[0];
@@ -61,7 +70,7 @@ TEST(TagFinder, KeepsTheDetectorsCornersWithoutRefinement) {
   Random random(20);
   const TagDetection seen = detection_at(print, 0.2, random);
   const TagFinder finder{.detector = std::make_unique<ScriptedDetector>(std::vector{seen})};
-  const auto found = find_tags(render(print), finder, nullptr);
+  const auto found = find_tags(render(print), finder, ImageLens::unknown());
   ASSERT_TRUE(found);
   EXPECT_EQ(found->detections.at(0).corners_px, seen.corners_px);
   EXPECT_FALSE(found->detections[0].corner_covariance_px2);
@@ -79,19 +88,20 @@ TEST(TagFinder, DropsAndCountsTagsOutsideTheDomainOfTheLens) {
   TagDetection outside{.tag = {FamilyId::Tag36h11, 2}, .corners_px = inside.corners_px};
   for (Eigen::Vector2d& corner : outside.corners_px) corner.x() += 300;
   const TagFinder finder{.detector = std::make_unique<ScriptedDetector>(std::vector{inside, outside})};
-  const auto found = find_tags(Image(1280, 720), finder, &*camera);
+  const auto found = find_tags(Image(1280, 720), finder, ImageLens::of(*camera));
   ASSERT_TRUE(found);
   EXPECT_EQ(found->beyond_lens, 1U);
   ASSERT_EQ(found->detections.size(), 1U);
   EXPECT_EQ(found->detections[0].tag.number, 1);
-  EXPECT_EQ(find_tags(Image(1280, 720), finder, nullptr)->detections.size(), 2U) << "unknown lens";
+  EXPECT_EQ(find_tags(Image(1280, 720), finder, ImageLens::unknown())->detections.size(), 2U)
+      << "unknown lens";
 }
 
 TEST(TagFinder, PropagatesErrorsAndChecksItsOptions) {
   const auto failing = make_tag_finder(
       std::make_unique<ScriptedDetector>(fail(ErrorCode::LimitExceeded, "the image is too large")));
   ASSERT_TRUE(failing);
-  const auto found = find_tags(Image(8, 8), *failing, nullptr);
+  const auto found = find_tags(Image(8, 8), *failing, ImageLens::unknown());
   ASSERT_FALSE(found);
   EXPECT_EQ(found.error().code, ErrorCode::LimitExceeded);
 

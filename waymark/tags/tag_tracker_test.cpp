@@ -244,7 +244,7 @@ TEST(TagSequence, TracksIfTheFinderEnablesIt) {
     for (int step = 0; step < 3; ++step) {
       detector.pixels = 0;
       const Image image = image_of_step(step);
-      const FoundTags found = sequence.find(image, nullptr).value();
+      const FoundTags found = sequence.find(image, ImageLens::unknown()).value();
       EXPECT_EQ(found.detections.size(), 3U);
       EXPECT_EQ(found.refinements.size(), 3U);
       EXPECT_EQ(detector.pixels >= 640 * 480, !tracking || step == 0) << step;

@@ -37,6 +37,16 @@ describe("messages", () => {
     expect(tracks.tags.row(0)).toEqual([1, 0, 3, 0, 0, 9, 0, 9, 9, 0, 9]);
     expect(families.names).toEqual(["tag36h11"]);
   });
+  it("keep unreliable tags apart from the others", () => {
+    const tracks = emptyTracks(), families = new FamilyNames();
+    const corners = [{ x: 0, y: 9 }, { x: 9, y: 9 }, { x: 9, y: 0 }, { x: 0, y: 0 }];
+    add(tracks, families, "tags", 1, { detections: [] });
+    add(tracks, families, kindOf("/unreliable_tags", "waymark_msgs/msg/UnreliableTags")!, 1, { index: [0], detections: [{ family: "36h11", id: 3, corners }] });
+    expect(tracks.tags.row(0)[2]).toBe(-1);
+    expect(tracks.unreliable.row(0)).toEqual([1, 0, 3, 0, 0, 9, 0, 9, 9, 0, 9]);
+    add(tracks, families, "unreliable", 2, { index: [], detections: [] });
+    expect(tracks.unreliable.length).toBe(1);
+  });
   it("with non-finite numbers or earlier stamps are skipped", () => {
     const tracks = emptyTracks(), families = new FamilyNames();
     add(tracks, families, "command", 2, { twist: { linear: { x: NaN }, angular: { z: 0 } } });

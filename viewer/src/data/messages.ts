@@ -6,7 +6,7 @@ import type { Tracks } from "./tracks";
 type Message = Record<string, any>; // eslint-disable-line @typescript-eslint/no-explicit-any
 
 /** Kinds of topics that the page shows. Topics are recognised by type; only truth is recognised by name. */
-export type Kind = "truth" | "odometry" | "estimate" | "uncertain" | "command" | "tags" | "nis" | "image" | "camera" | "tf";
+export type Kind = "truth" | "odometry" | "estimate" | "uncertain" | "command" | "tags" | "unreliable" | "nis" | "image" | "camera" | "tf";
 
 export function kindOf(topic: string, type: string): Kind | undefined {
   switch (type) {
@@ -16,6 +16,7 @@ export function kindOf(topic: string, type: string): Kind | undefined {
     case "geometry_msgs/msg/TwistStamped":
     case "geometry_msgs/msg/Twist": return "command";
     case "apriltag_msgs/msg/AprilTagDetectionArray": return "tags";
+    case "waymark_msgs/msg/UnreliableTags": return "unreliable";
     case "diagnostic_msgs/msg/DiagnosticArray": return topic.endsWith("nis") ? "nis" : undefined;
     case "sensor_msgs/msg/Image":
     case "sensor_msgs/msg/CompressedImage": return "image";
@@ -78,10 +79,11 @@ export function add(tracks: Tracks, families: FamilyNames, kind: Kind, t: number
       }
       return;
     case "tags":
-      if (message["detections"].length === 0) keep(tracks.tags, [t, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0]);
+    case "unreliable":
+      if (kind === "tags" && message["detections"].length === 0) keep(tracks.tags, [t, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0]);
       for (const tag of message["detections"]) {
         const [bl, br, tr, tl] = tag.corners; // in the order of libapriltag
-        keep(tracks.tags, [t, families.indexOf(String(tag.family)), tag.id, tl.x, tl.y, tr.x, tr.y, br.x, br.y, bl.x, bl.y]);
+        keep(tracks[kind], [t, families.indexOf(String(tag.family)), tag.id, tl.x, tl.y, tr.x, tr.y, br.x, br.y, bl.x, bl.y]);
       }
       return;
     default: return;

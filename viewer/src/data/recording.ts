@@ -35,6 +35,9 @@ interface Topic {
   readonly reader: MessageReader;
 }
 
+/** The namespace of a camera's topic: "/left" of "/left/tags". */
+const cameraTopic = (topic: string): string => topic.slice(0, topic.lastIndexOf("/"));
+
 /** A recording read by its index: parts of the file are read on demand. */
 export class Recording {
   private readonly topics = new Map<number, Topic>();
@@ -92,6 +95,8 @@ export class Recording {
     // Only the first topic of each kind by name; several would be mixed up.
     const topics = (["truth", "odometry", "estimate", "uncertain", "command", "tags", "nis"] as const)
       .flatMap((kind) => this.names.get(kind)?.slice(0, 1) ?? []);
+    const tags = this.names.get("tags")?.[0];
+    topics.push(...(this.names.get("unreliable") ?? []).filter((topic) => tags !== undefined && cameraTopic(topic) === cameraTopic(tags)));
     if (topics.length === 0) return;
     const span = Number((this.mcap.statistics?.messageEndTime ?? this.start) - this.start) || 1;
     let reported = performance.now();

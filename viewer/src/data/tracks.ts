@@ -10,6 +10,7 @@ export const columnsOf = {
   nis: 5, // t tag nis dof accepted
   latency: 2, // t, milliseconds until it was recorded or shown
   tags: 11, // t family id, then corners TL TR BR BL; t 0 -1 … for a frame without tags
+  unreliable: 11, // the same for tags with unreliable corners, which are not in `tags`; only frames that have such tags
 } as const;
 
 export type TrackName = keyof typeof columnsOf;

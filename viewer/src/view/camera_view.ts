@@ -2,24 +2,38 @@ import { projectTag, type Camera } from "../math/camera";
 import type { Pose } from "../math/pose";
 import type { MapTag } from "../data/map_files";
 import type { SourceImage } from "../data/images";
-import type { Series } from "../data/series";
-import { frameAt } from "../data/tracks";
+import { frameAt, type Tracks } from "../data/tracks";
 
 /** A tag detected in an image: pixel centres at integers, corners TL TR BR BL. */
-interface Quad {
+export interface Quad {
   readonly name: string;
+  readonly unreliable: boolean; // the image contradicts the corners, so no estimate uses them
   readonly corners: readonly (readonly [number, number])[];
 }
 
-export function quadsAt(tags: Series, families: readonly string[], t: number): Quad[] {
-  const [from, to] = frameAt(tags, t);
+/** The tags of the last frame at t: first those with usable corners, then the unreliable ones. */
+export function quadsAt({ tags, unreliable }: Tracks, families: readonly string[], t: number): Quad[] {
   const quads: Quad[] = [];
-  for (let row = from; row < to; ++row) {
-    const v = tags.row(row);
-    if (v[2]! < 0) continue;
-    quads.push({ name: `${families[v[1]!] ?? "tag"}:${v[2]}`, corners: [0, 1, 2, 3].map((i) => [v[3 + 2 * i]!, v[4 + 2 * i]!] as const) });
-  }
+  const take = (series: typeof tags, [from, to]: [number, number]): void => {
+    for (let row = from; row < to; ++row) {
+      const v = series.row(row);
+      if (v[2]! < 0) continue;
+      quads.push({ name: `${families[v[1]!] ?? "tag"}:${v[2]}`, unreliable: series === unreliable,
+                   corners: [0, 1, 2, 3].map((i) => [v[3 + 2 * i]!, v[4 + 2 * i]!] as const) });
+    }
+  };
+  const frame = frameAt(tags, t);
+  take(tags, frame);
+  const stamp = frame[1] > 0 ? tags.time(frame[1] - 1) : NaN, others = frameAt(unreliable, t);
+  if (others[1] > 0 && unreliable.time(others[1] - 1) === stamp) take(unreliable, others);
   return quads;
+}
+
+/** The text below the image: the tags in view. */
+export function wordsOf(quads: readonly Quad[], searched: boolean): string {
+  if (!searched) return "the recording has no detections";
+  if (quads.length === 0) return "no tag in view";
+  return quads.map(({ name, unreliable }) => (unreliable ? `${name} (dashed: unreliable corners, not used)` : name)).join(", ");
 }
 
 /** The camera image with the detected quads, and crosses where map and estimate expect their corners. */
@@ -51,12 +65,12 @@ export class CameraView {
     const residuals: number[] = [];
     for (const quad of quads) {
       this.drawQuad(context, quad, width);
-      const tag = expected.get(quad.name);
+      const tag = quad.unreliable ? undefined : expected.get(quad.name);
       const wanted = tag && camera && map_T_cam ? projectTag(camera, map_T_cam, tag.map_T_tag, tag.size) : undefined;
       if (wanted) residuals.push(...this.drawCrosses(context, quad, wanted, width));
     }
     const rms = Math.sqrt(residuals.reduce((sum, r) => sum + r * r, 0) / residuals.length);
-    this.words.textContent = (!searched ? "the recording has no detections" : quads.length === 0 ? "no tag in view" : quads.map((quad) => quad.name).join(", ")) +
+    this.words.textContent = wordsOf(quads, searched) +
       (residuals.length > 0 ? `; residual ${rms.toFixed(2)} px rms (crosses: where map and estimate expect the corners)` : "");
   }
 
@@ -67,9 +81,13 @@ export class CameraView {
     context.beginPath();
     points.forEach(([x, y], i) => (i === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
     context.closePath();
+    if (quad.unreliable) context.setLineDash([width / 80, width / 120]);
     context.stroke();
-    this.line(context, points[3]!, points[2]!, "#d55e00"); // x axis: along its lower edge
-    this.line(context, points[3]!, points[0]!, "#56b4e9"); // up: its left edge
+    context.setLineDash([]);
+    if (!quad.unreliable) {
+      this.line(context, points[3]!, points[2]!, "#d55e00"); // x axis: along its lower edge
+      this.line(context, points[3]!, points[0]!, "#56b4e9"); // up: its left edge
+    }
     const x = points.reduce((sum, p) => sum + p[0], 0) / 4, y = points.reduce((sum, p) => sum + p[1], 0) / 4;
     context.font = `bold ${Math.round(width / 36)}px system-ui, sans-serif`;
     context.textAlign = "center";

@@ -3,7 +3,7 @@ import { wrapAngle, yawOf, type Pose } from "../math/pose";
 import type { Content } from "../session";
 
 /** The values next to the image. */
-export function factsAt(content: Content, poses: ReadonlyMap<string, Pose>, t: number, tagsInView: number): [string, string][] {
+export function factsAt(content: Content, poses: ReadonlyMap<string, Pose>, t: number, tagsInView: number, unreliable: number): [string, string][] {
   const facts: [string, string][] = [];
   const estimate = poses.get("estimate"), truth = poses.get("truth");
   const where = (pose: Pose): string =>
@@ -21,7 +21,7 @@ export function factsAt(content: Content, poses: ReadonlyMap<string, Pose>, t: n
   }
   const odometry = content.tracks.odometry.indexAt(t);
   if (odometry >= 0) facts.push(["Speed", `${content.tracks.odometry.at(odometry, 8).toFixed(2)} m/s`]);
-  facts.push(["Tags in view", String(tagsInView)]);
+  facts.push(["Tags in view", unreliable > 0 ? `${tagsInView}, and ${unreliable} unreliable` : String(tagsInView)]);
   return facts;
 }
 

@@ -147,8 +147,9 @@ class ImageReader {
   Result<TargetImages> read(const TagFinder& finder) {
     inputs_ = find_inputs(job_.sources, job_.recursive);
     video_ = inputs_.size();
+    const LensChoice unknown{.camera = ImageLens::unknown(), .use_recorded = false};
     const DetectSummary summary =
-        detect_all(inputs_, finder, nullptr, control_,
+        detect_all(inputs_, finder, unknown, control_,
                    [&](std::size_t index, ImageReport& report, const ImageView& image) {
                      return take(index, report, image);
                    });

@@ -72,7 +72,7 @@ Status from_camera(const CalibrateGuidedJob& job, GuidedCalibration& guided, con
   std::unique_ptr<CameraPage> page;
   if (*view != nullptr) page = std::make_unique<CameraPage>(**camera, (*view)->feed(), no_poses);
   StatusReporter reporter(guided, control);
-  CameraWatch watch;
+  CameraWatch watch{.lens = ImageLens::unknown()};
   watch.on_image = [&](CameraImage& seen) -> Status {
     const auto taken = guided.take(seen.frame.stamp, seen.frame.image);
     if (!taken) return tl::unexpected(taken.error());
@@ -96,8 +96,9 @@ Status from_files(const CalibrateGuidedJob& job, GuidedCalibration& guided, cons
   Status status;
   StatusReporter reporter(guided, control);
   const TagFinder nothing = no_tags();
+  const LensChoice unknown{.camera = ImageLens::unknown(), .use_recorded = false};
   const DetectSummary summary = detect_all(
-      find_inputs(job.sources, job.recursive), nothing, nullptr, control,
+      find_inputs(job.sources, job.recursive), nothing, unknown, control,
       [&](std::size_t index, const ImageReport& report, const ImageView& image) {
         if (!report.detected) return true;
         const auto taken = guided.take(report.stamp.value_or(SensorTime(std::chrono::seconds(index))), image);

@@ -130,7 +130,7 @@ Result<SeenTarget> CalibrationTarget::find(const ImageView& image, const TagFind
     if (!seen) return tl::unexpected(seen.error());
     return SeenTarget{.marks = target_marks(seen->corners, places_m_), .marker_share = seen->marker_share};
   }
-  const auto found = find_tags(image, finder, nullptr);
+  const auto found = find_tags(image, finder, ImageLens::unknown());
   if (!found) return tl::unexpected(found.error());
   return SeenTarget{.marks = target_marks(found->detections, tags_)};
 }

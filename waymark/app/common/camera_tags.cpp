@@ -23,7 +23,7 @@
 
 namespace waymark {
 
-Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& finder, const CameraModel* camera,
+Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& finder, ImageLens lens,
                                   const JobControl& control, const EachVideoTags& each) {
   Result<VideoReader> reader = or_wrong_kind(VideoReader::open(path), path, FileUse::Video);
   if (!reader) return tl::unexpected(reader.error());
@@ -38,12 +38,12 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
     if (!*frame) break;
     const VideoFrame& image = **frame;
     Status fits =
-        camera == nullptr ? Status() : check_image_size(*camera, image.luma.width, image.luma.height);
+        !lens.known() ? Status() : check_image_size(*lens.camera(), image.luma.width, image.luma.height);
     if (!fits) {
       fits.error().place.source = path;
       return tl::unexpected(fits.error());
     }
-    Result<FoundTags> found = sequence.find(image.luma, camera);
+    Result<FoundTags> found = sequence.find(image.luma, lens);
     if (!found) return tl::unexpected(found.error());
     ++all.images;
     all.tags += found->detections.size();
@@ -133,10 +133,10 @@ Status record_tags(const ConvertVideoJob& job, const std::string& format,
 
 Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& finder,
                                 const JobControl& control) {
-  const CameraModel* camera = job.camera ? &*job.camera : nullptr;
+  const ImageLens lens = job.camera ? ImageLens::of(*job.camera) : ImageLens::unknown();
   Result<VideoTags> found = VideoTags();
   const Status written = record_tags(job, "video", [&](const TakeTagImage& take) -> Status {
-    found = find_video_tags(job.input, finder, camera, control,
+    found = find_video_tags(job.input, finder, lens, control,
                             [&](const VideoFrame& image, TagFrame& tags) { return take(image.luma, tags); });
     return found ? Status() : tl::unexpected(found.error());
   });
@@ -198,7 +198,7 @@ class SampleTags {
     Status fits = check_name(frame->camera);
     if (fits) fits = check_image_size(camera_, frame->image.width(), frame->image.height());
     if (!fits) return tl::unexpected(fits.error());
-    Result<FoundTags> found = sequence_.find(frame->image.view(), &camera_);
+    Result<FoundTags> found = sequence_.find(frame->image.view(), ImageLens::of(camera_));
     if (!found) return tl::unexpected(found.error());
     no_tags_.add(frame->image, found->detections.size() + found->beyond_lens);
     return TagFrame{frame->stamp, frame->camera, std::move(found->detections)};
@@ -275,7 +275,7 @@ Result<VideoTags> find_camera_tags(const std::string& path, const TagFinder& fin
                                    const CameraModel& camera, const JobControl& control,
                                    const EachTagFrame& each) {
   if (kind_of(path) != FileKind::Video) return find_recorded_tags(path, finder, camera, control, each);
-  return find_video_tags(path, finder, &camera, control,
+  return find_video_tags(path, finder, ImageLens::of(camera), control,
                          [&](const VideoFrame&, TagFrame& tags) { return each(tags); });
 }
 

@@ -28,10 +28,10 @@ struct VideoTags {
 /// Called with each image and its tags, in order; the view is valid only during the call.
 using EachVideoTags = std::function<Status(const VideoFrame& image, TagFrame& tags)>;
 
-/// Detects the tags in every image, using the lens model of `camera` if set; the images must have the size of
-/// that camera. Fails if the video cannot be opened, if `each` fails, or if the job is cancelled.
+/// Detects the tags in every image; if the lens is known, the images must have the size of its camera.
+/// Fails if the video cannot be opened, if `each` fails, or if the job is cancelled.
 [[nodiscard]] Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& finder,
-                                                const CameraModel* camera, const JobControl& control,
+                                                ImageLens lens, const JobControl& control,
                                                 const EachVideoTags& each);
 
 /// `waymark convert walk.mp4 lap.mcap`: writes the tags detected in a video, or by a live camera, to a

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
+#include <map>
 #include <utility>
 
 #include <fmt/format.h>
@@ -264,6 +265,10 @@ ReportFields fields(const ImageLine& line) {
        if_any(is_read ? std::optional(report.width_px) : std::nullopt)},
       {"height_px", "Height of the image; absent if it could not be read",
        if_any(is_read ? std::optional(report.height_px) : std::nullopt)},
+      {"lens",
+       "Source of the lens model for the corners: camera (as given), recording or unknown; absent without "
+       "detections",
+       if_any(report.detected ? std::optional(std::string(to_string(report.lens))) : std::nullopt)},
       {"detections", "Tags by family, id and position; absent if the image is unreadable or too large",
        if_any(detections)},
       {"no_tag_cause",
@@ -298,9 +303,28 @@ Result<std::vector<ImageReport>> parse_reports(std::string_view text, const std:
   return reports;
 }
 
+std::string_view to_string(LensSource source) {
+  switch (source) {
+    case LensSource::Unknown:
+      return "unknown";
+    case LensSource::Camera:
+      return "camera";
+    case LensSource::Recording:
+      return "recording";
+  }
+  return "unknown";
+}
+
 std::string beyond_lens_note(std::size_t tags) {
   return fmt::format(
       "dropped {} outside the range of the lens model. Calibrate with views that reach the image corners.",
+      counted(tags, "tag"));
+}
+
+std::string without_lens_note(std::size_t tags) {
+  return fmt::format(
+      "lens unknown: {} detected without a lens model. Corners are biased if the lens distorts, and "
+      "poses are not possible. Set `camera` to the calibration of the images, and `tag_size_m`.",
       counted(tags, "tag"));
 }
 
@@ -319,12 +343,22 @@ std::string internal::name_of_image(const std::string& path, SensorTime stamp) {
 
 namespace {
 
-/// Detects the tags in the image of the report. The lens model of the camera is used only if the image has
-/// its size.
-void find_in(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
-             ImageReport& report) {
-  const bool fits = camera != nullptr && check_image_size(*camera, image.width, image.height);
-  auto found = find_tags(image, finder, fits ? camera : nullptr);
+/// A lens and its source; Unknown if the lens is unknown.
+struct SourcedLens {
+  ImageLens lens;
+  LensSource source = LensSource::Unknown;
+};
+
+SourcedLens lens_given(const LensChoice& choice) {
+  return {choice.camera, choice.camera.known() ? LensSource::Camera : LensSource::Unknown};
+}
+
+/// Detects the tags in the image of the report. A lens model is used only if the image has its size.
+void find_in(const ImageView& image, const TagFinder& finder, const SourcedLens& lens, ImageReport& report) {
+  const bool fits =
+      lens.lens.known() && check_image_size(*lens.lens.camera(), image.width, image.height).has_value();
+  if (fits) report.lens = lens.source;
+  auto found = find_tags(image, finder, fits ? lens.lens : ImageLens::unknown());
   if (!found) {
     report.error = found.error();
     report.error->place.source = report.image;
@@ -337,7 +371,7 @@ void find_in(const ImageView& image, const TagFinder& finder, const CameraModel*
 }
 
 /// Reads the image and detects its tags; a failure is recorded in the report.
-Image process(const Input& input, const TagFinder& finder, const CameraModel* camera, ImageReport& report) {
+Image process(const Input& input, const TagFinder& finder, const SourcedLens& lens, ImageReport& report) {
   report.image = input.path;
   report.error = input.error;
   if (report.error) return {};
@@ -348,18 +382,18 @@ Image process(const Input& input, const TagFinder& finder, const CameraModel* ca
   }
   report.width_px = image->width();
   report.height_px = image->height();
-  find_in(*image, finder, camera, report);
+  find_in(*image, finder, lens, report);
   return std::move(*image);
 }
 
 /// Detects the tags in one image from a recording or a video.
 ImageReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
-                      const TagFinder& finder, const CameraModel* camera) {
+                      const TagFinder& finder, const SourcedLens& lens) {
   ImageReport report{.image = internal::name_of_image(path, stamp),
                      .stamp = stamp,
                      .width_px = image.width,
                      .height_px = image.height};
-  find_in(image, finder, camera, report);
+  find_in(image, finder, lens, report);
   return report;
 }
 
@@ -369,6 +403,7 @@ void count(const ImageReport& report, const JobControl& control, DetectSummary& 
   summary.beyond_lens += report.beyond_lens;
   summary.unreliable += count_unreliable(report.detections);
   ++(report.error ? summary.failed : summary.images);
+  if (!report.error && report.lens == LensSource::Unknown) summary.without_lens += report.refinements.size();
   if (!report.error) return;
   const std::string words = to_string(*report.error);
   if (summary.noted.insert(words).second) control.note(words);
@@ -381,38 +416,63 @@ void fail_with(Error error, const std::string& path, const JobControl& control, 
   ++summary.failed;
 }
 
-LogSelection images_of(const MessageLog& log) {
+/// The image topics without depth images. Fails if there are none.
+Result<LogSelection> images_of(const MessageLog& log, const CameraFacts& facts) {
   LogSelection selection;
   for (const LogChannel& channel : log.channels()) {
     if (channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType)
       selection.topics.insert(channel.topic);
   }
-  return selection;
+  if (const auto depth = only_depth_images(facts)) return tl::unexpected(*depth);
+  for (const RecordedView& view : facts.views)
+    if (shows_distances(view)) selection.topics.erase(view.topic);
+  if (!selection.topics.empty()) return selection;
+  return fail(ErrorCode::NotFound, "this recording contains no images", {},
+              "`waymark info` lists its contents.");
 }
+
+/// Selects the lens models for the images in a recording.
+class RecordedLenses {
+ public:
+  RecordedLenses(const CameraFacts& facts, const LensChoice& choice) : given_(lens_given(choice)) {
+    if (!given_.lens.known() && choice.use_recorded) cameras_ = image_cameras(facts);
+  }
+  [[nodiscard]] SourcedLens of(const std::string& camera) const {
+    const auto found = cameras_.find(camera);
+    return found == cameras_.end() ? given_
+                                   : SourcedLens{ImageLens::of(found->second), LensSource::Recording};
+  }
+
+ private:
+  SourcedLens given_;
+  std::map<std::string, CameraModel> cameras_{};  ///< by camera name
+};
 
 /// Processes every image of the recording that is input number `index`. Returns whether to continue.
 bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
-                      const CameraModel* camera, const JobControl& control, const EachImage& each,
+                      const LensChoice& choice, const JobControl& control, const EachImage& each,
                       DetectSummary& summary) {
   const Result<std::unique_ptr<MessageLog>> log = open_recording(path, control);
   if (!log) {
     fail_with(log.error(), path, control, summary);
     return true;
   }
-  const LogSelection images = images_of(**log);
-  if (images.topics.empty()) {
-    fail_with({ErrorCode::NotFound,
-               "this recording contains no images",
-               {.source = path},
-               "`waymark info` lists its contents."},
-              path, control, summary);
+  const Result<RecordingSetup> setup = (*log)->setup();  // errors recur when the images are read
+  const CameraFacts facts = setup ? setup->facts : CameraFacts();
+  const Result<LogSelection> images = images_of(**log, facts);
+  if (!images) {
+    fail_with(images.error(), path, control, summary);
     return true;
   }
+  for (const RecordedView& view : facts.views)
+    if (view.image && shows_distances(view))
+      control.note(fmt::format("note: depth images of {} are ignored", view.topic));
+  const RecordedLenses lenses(facts, choice);
   bool going = true;
-  const Status status = (*log)->visit_samples(images, [&](const Sample& sample) -> Status {
+  const Status status = (*log)->visit_samples(*images, [&](const Sample& sample) -> Status {
     const auto* frame = std::get_if<CameraFrame>(&sample);
     if (frame == nullptr) return {};
-    ImageReport report = report_on(path, frame->stamp, frame->image, finder, camera);
+    ImageReport report = report_on(path, frame->stamp, frame->image, finder, lenses.of(frame->camera));
     going = each(index, report, frame->image);
     summary.no_tags.add(frame->image, report.detections.size() + report.beyond_lens);
     count(report, control, summary);
@@ -441,7 +501,7 @@ void report_problems(const std::string& path, const VideoReader& reader, const J
 
 /// The same for a video. Damage counts as one failure; other problems with the file are printed as notes.
 bool detect_video(std::size_t index, const std::string& path, const TagFinder& finder,
-                  const CameraModel* camera, const JobControl& control, const EachImage& each,
+                  const SourcedLens& lens, const JobControl& control, const EachImage& each,
                   DetectSummary& summary) {
   Result<VideoReader> reader = VideoReader::open(path);
   if (!reader) {
@@ -454,7 +514,7 @@ bool detect_video(std::size_t index, const std::string& path, const TagFinder& f
     const Result<std::optional<VideoFrame>> frame = reader->next();
     if (!frame) fail_with(frame.error(), path, control, summary);
     if (!frame || !*frame) break;
-    ImageReport report = report_on(path, (*frame)->stamp, (*frame)->luma, finder, camera);
+    ImageReport report = report_on(path, (*frame)->stamp, (*frame)->luma, finder, lens);
     going = each(index, report, (*frame)->luma);
     summary.no_tags.add((*frame)->luma, report.detections.size() + report.beyond_lens);
     count(report, control, summary);
@@ -470,7 +530,7 @@ bool detect_video(std::size_t index, const std::string& path, const TagFinder& f
 
 }  // namespace
 
-DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder, const CameraModel* camera,
+DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder, const LensChoice& lens,
                          const JobControl& control, const EachImage& each) {
   DetectSummary summary;
   bool going = true;
@@ -483,15 +543,15 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
     control.progress({inputs[i].path, i, inputs.size()});
     const FileKind kind = inputs[i].error ? FileKind::Unknown : kind_of(inputs[i].path);
     if (is_recording(kind)) {
-      going = detect_recording(i, inputs[i].path, finder, camera, control, each, summary);
+      going = detect_recording(i, inputs[i].path, finder, lens, control, each, summary);
       continue;
     }
     if (kind == FileKind::Video) {
-      going = detect_video(i, inputs[i].path, finder, camera, control, each, summary);
+      going = detect_video(i, inputs[i].path, finder, lens_given(lens), control, each, summary);
       continue;
     }
     ImageReport report;
-    const Image image = process(inputs[i], finder, camera, report);
+    const Image image = process(inputs[i], finder, lens_given(lens), report);
     going = each(i, report, image);
     if (report.detected) summary.no_tags.add(image, report.detections.size() + report.beyond_lens);
     count(report, control, summary);

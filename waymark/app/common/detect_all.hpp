@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <set>
@@ -15,7 +16,7 @@
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
-#include "waymark/camera/camera_model.hpp"
+#include "waymark/camera/image_lens.hpp"
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/no_tags.hpp"
@@ -24,12 +25,22 @@
 
 namespace waymark {
 
+/// The source of the lens model with which the tags in an image were detected.
+enum class LensSource : std::uint8_t {
+  Unknown,    ///< no model: corners are biased if the lens distorts
+  Camera,     ///< the caller's camera
+  Recording,  ///< the calibration in the recording of the image
+};
+/// "unknown", "camera" or "recording".
+[[nodiscard]] std::string_view to_string(LensSource source);
+
 /// Report of `waymark detect` for one image.
 struct ImageReport {
   std::string image{};                   ///< the path as specified or found
   std::optional<SensorTime> stamp = {};  ///< timestamp of an image from a recording or a video
   int width_px = 0;                      ///< 0 if the image could not be read
   int height_px = 0;
+  LensSource lens = LensSource::Unknown;
   bool detected = false;  ///< whether the detector ran; if not, `detections` is meaningless
   std::vector<TagDetection> detections = {};
   std::vector<RefinementOutcome> refinements = {};  ///< one per detection; empty if nothing was refined
@@ -61,6 +72,7 @@ struct DetectSummary {
   std::size_t tags = 0;
   std::size_t failed = 0;
   std::size_t beyond_lens = 0;      ///< number of tags dropped: see FoundTags::beyond_lens
+  std::size_t without_lens = 0;     ///< number of these tags refined without a lens model
   std::size_t unreliable = 0;       ///< number of these tags with unreliable corners
   bool stopped = false;             ///< cancelled before the end of the list
   bool annotations_failed = false;  ///< a folder for annotated images could not be created
@@ -73,12 +85,17 @@ struct DetectSummary {
 /// to continue.
 using EachImage = std::function<bool(std::size_t index, ImageReport& report, const ImageView& image)>;
 
-/// Detects the tags in each input, including all images in a recording or a video. Corners are refined with
-/// the lens model of `camera` in images of its size; `camera` is null if the lens is unknown. After an error,
-/// a note is printed and the next input is processed. The job can be cancelled between two images. Images
+/// The lens models that detect_all() may use.
+struct LensChoice {
+  ImageLens camera;   ///< used for images of its size
+  bool use_recorded;  ///< whether recordings are detected with their own calibration if `camera` is unknown
+};
+
+/// Detects the tags in each input, including all images in a recording or a video. After an error, a note is
+/// printed and the next input is processed. The job can be cancelled between two images. Images
 /// from a recording or a video are named FILE#SECONDS after their timestamps.
 [[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
-                                       const CameraModel* camera, const JobControl& control,
+                                       const LensChoice& lens, const JobControl& control,
                                        const EachImage& each);
 
 /// Why no image of a run contains a tag. `nullopt` if a tag was found, the run was stopped, or the cause is
@@ -87,6 +104,9 @@ using EachImage = std::function<bool(std::size_t index, ImageReport& report, con
 
 /// A note that this many tags were dropped: see FoundTags::beyond_lens.
 [[nodiscard]] std::string beyond_lens_note(std::size_t tags);
+
+/// A note that this many tags were refined without a lens model.
+[[nodiscard]] std::string without_lens_note(std::size_t tags);
 
 /// A note that the corners of this many tags are unreliable: see CornerState.
 [[nodiscard]] std::string unreliable_note(std::size_t tags);

@@ -74,7 +74,7 @@ TEST(DetectionsJson, HasTheDocumentedKeys) {
   std::vector<std::string> keys;
   const auto value = line_of(report, false);
   for (const auto& [key, ignored] : value.items()) keys.push_back(key);
-  EXPECT_THAT(keys, ::testing::ElementsAre("image", "width_px", "height_px", "detections"));
+  EXPECT_THAT(keys, ::testing::ElementsAre("image", "width_px", "height_px", "lens", "detections"));
   keys.clear();
   for (const auto& [key, ignored] : value["detections"][0].items()) keys.push_back(key);
   EXPECT_THAT(keys, ::testing::ElementsAre("tag", "family", "id", "hamming", "decision_margin", "corners_px",
@@ -206,7 +206,8 @@ class DetectRecording : public ::testing::Test {
       seen_.push_back(report);
       return static_cast<int>(seen_.size()) < most;
     };
-    return detect_all(find_inputs({file_.string()}, false), finder_, nullptr, control, each);
+    const LensChoice unknown{.camera = ImageLens::unknown(), .use_recorded = false};
+    return detect_all(find_inputs({file_.string()}, false), finder_, unknown, control, each);
   }
   fs::path file_ = testing::fresh_folder("jobs_detect_recording") / "lap.mcap";
   TagFinder finder_ = plain_finder();
@@ -245,6 +246,30 @@ TEST_F(DetectRecording, FailsOnARecordingWithoutImages) {
   file_ = testing::fresh_folder("jobs_broken") / "broken.mcap";
   ASSERT_TRUE(write_text_file(file_, "SQLite format 3, and nothing else"));
   EXPECT_EQ(detect(control).failed, 1U);
+}
+
+TEST_F(DetectRecording, DepthImagesAreNamedAndIgnored) {
+  constexpr const char* kDepth = "/camera/depth/image_rect_raw/compressedDepth";
+  for (const bool color : {false, true}) {
+    std::vector<std::string> notes;
+    JobControl control;
+    control.note = [&](const std::string& words) { notes.push_back(words); };
+    file_ = testing::fresh_folder("jobs_depth_images") / "depth.mcap";
+    auto recorder = SampleRecorder::open(std::move(*create_file(file_)));
+    ASSERT_TRUE(recorder);
+    const SensorTime stamp(std::chrono::seconds(1));
+    ASSERT_TRUE(recorder->add_message(
+        kDepth, stamp, ros2::CompressedImage{.format = "16UC1; compressedDepth", .data = Bytes(40)}));
+    if (color) {
+      ASSERT_TRUE(recorder->add(CameraFrame{.stamp = stamp, .image = painted_image(80)}));
+    }
+    ASSERT_TRUE(recorder->close());
+    const DetectSummary summary = detect(control);
+    EXPECT_EQ(summary.failed, color ? 0U : 1U);
+    EXPECT_EQ(summary.tags, color ? 1U : 0U);
+    ASSERT_FALSE(notes.empty());
+    EXPECT_THAT(notes.front(), ::testing::AllOf(HasSubstr(kDepth), HasSubstr("depth images")));
+  }
 }
 
 TEST_F(DetectRecording, TagsAreDetectedWhileALapOfImagesIsRead) {

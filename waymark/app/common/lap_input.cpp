@@ -229,7 +229,7 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
   std::optional<TagFinder> usual;  // created only when needed
   std::size_t beyond_lens = 0;
   NoTagDiagnosis no_tags;
-  const FrameFinder find = [&](const CameraFrame& frame, const CameraModel* camera) -> Result<TagFrame> {
+  const FrameFinder find = [&](const CameraFrame& frame, ImageLens lens) -> Result<TagFrame> {
     if (control.cancelled())
       return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = paths.front()});
     if (finder == nullptr && !usual) {
@@ -237,14 +237,14 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
       if (!made) return tl::unexpected(made.error());
       usual = std::move(*made);
     }
-    if (camera != nullptr) {
-      Status fits = check_camera_matches_image(*camera, frame.image.width(), frame.image.height());
+    if (lens.known()) {
+      Status fits = check_camera_matches_image(*lens.camera(), frame.image.width(), frame.image.height());
       if (!fits) {
         fits.error().place.source = paths.front();
         return tl::unexpected(fits.error());
       }
     }
-    Result<FoundTags> found = find_tags(frame.image, finder != nullptr ? *finder : *usual, camera);
+    Result<FoundTags> found = find_tags(frame.image, finder != nullptr ? *finder : *usual, lens);
     if (!found) return tl::unexpected(found.error());
     beyond_lens += found->beyond_lens;
     no_tags.add(frame.image, found->detections.size() + found->beyond_lens);
@@ -253,6 +253,8 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
   };
   Result<RecordedLap> lap =
       read_lap(**log, find, finder != nullptr ? TagSource::Images : TagSource::AsRecorded, choice);
+  if (!lap && lap.error().code == ErrorCode::NotFound && lap.error().place.source.empty())
+    lap.error().place.source = paths.front();
   if (lap && lap->setup.chosen.camera_error && lap->setup.chosen.camera_error->place.source.empty())
     lap->setup.chosen.camera_error->place.source = paths.front();
   if (lap && beyond_lens > 0) lap->notes.push_back(beyond_lens_note(beyond_lens));

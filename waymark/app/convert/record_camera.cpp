@@ -11,7 +11,7 @@ Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double dura
                                          const TagFinder& finder, const JobControl& control) {
   const auto camera = open_live_camera(job.input);
   if (!camera) return tl::unexpected(camera.error());
-  CameraWatch watch{.camera = job.camera ? &*job.camera : nullptr,
+  CameraWatch watch{.lens = job.camera ? ImageLens::of(*job.camera) : ImageLens::unknown(),
                     .on_image = {},
                     .on_message = control.note,
                     .should_stop = control.cancelled};

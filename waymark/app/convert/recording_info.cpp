@@ -16,7 +16,8 @@
 namespace waymark {
 namespace {
 
-/// Adds problems with the recorded camera. Images that cannot be read do not count as contents.
+/// Adds problems with the recorded camera. Images that cannot be read and depth images do not count as
+/// contents.
 void add_camera_problems(RecordingInfo& info) {
   const ChosenCamera& chosen = info.setup.chosen;
   bool readable = false;
@@ -26,7 +27,9 @@ void add_camera_problems(RecordingInfo& info) {
     (view.error ? unreadable : readable) = true;
     if (view.error) info.problems.push_back({LogProblem::Kind::Trap, "images", *view.error});
   }
-  if (unreadable && !readable) info.contents.erase("images");
+  const auto depth = only_depth_images(info.setup.facts);
+  if (depth) info.problems.push_back({LogProblem::Kind::Trap, "images", *depth});
+  if (depth || (unreadable && !readable)) info.contents.erase("images");
   for (const auto& problem : {chosen.ambiguous, chosen.camera_error, chosen.mounting_error})
     if (problem) info.problems.push_back({LogProblem::Kind::Trap, "camera", *problem});
 }

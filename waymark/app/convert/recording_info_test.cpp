@@ -83,6 +83,20 @@ TEST(RecordingInfo, TextAndJsonHaveTheSameContent) {
   EXPECT_THAT(text, HasSubstr("s on the robot's clock")) << "the clock of a simulated lap starts at 0";
 }
 
+TEST(RecordingInfo, DepthImagesAreNotContents) {
+  const fs::path file = testing::fresh_folder("jobs_info_depth") / "depth.mcap";
+  auto recorder = SampleRecorder::open(std::move(*create_file(file)));
+  ASSERT_TRUE(recorder);
+  ASSERT_TRUE(recorder->add_message("/depth/compressedDepth", SensorTime(std::chrono::seconds(1)),
+                                    ros2::CompressedImage{.data = Bytes(40)}));
+  ASSERT_TRUE(recorder->close());
+  const auto info = look_at(file.string(), false, {});
+  ASSERT_TRUE(info) << to_string(info.error());
+  EXPECT_FALSE(info->contents.contains("images"));
+  ASSERT_FALSE(info->problems.empty());
+  EXPECT_EQ(info->problems.front().error.place.key, "/depth/compressedDepth");
+}
+
 TEST(RecordingInfo, QuickModeOmitsStamps) {
   const auto quick = look_at(short_lap(), true, {});
   ASSERT_TRUE(quick);

@@ -24,9 +24,8 @@ class CameraDetection {
   }
 
   Result<CameraWatchEnd> run(const TagFinder& finder) {
-    CameraWatch watch;
+    CameraWatch watch{.lens = job_.poses ? ImageLens::of(job_.poses->camera) : ImageLens::unknown()};
     if (job_.duration_s > 0) watch.duration_s = job_.duration_s;
-    if (job_.poses) watch.camera = &job_.poses->camera;
     watch.on_image = [&](CameraImage& seen) { return take(seen); };
     watch.on_message = [&](const std::string& text) { report_text(text); };
     watch.should_stop = [&] {
@@ -48,6 +47,7 @@ class CameraDetection {
                        .stamp = seen.frame.stamp,
                        .width_px = seen.frame.image.width(),
                        .height_px = seen.frame.image.height(),
+                       .lens = job_.poses ? LensSource::Camera : LensSource::Unknown,
                        .detected = true,
                        .detections = seen.found.detections,
                        .refinements = seen.found.refinements};

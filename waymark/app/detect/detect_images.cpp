@@ -167,8 +167,9 @@ Result<DetectSummary> detect_images(const DetectJob& job, const TagFinder& finde
     }
     return reports.add(report, std::move(poses));
   };
-  DetectSummary summary =
-      detect_all(inputs, finder, job.poses ? &job.poses->camera : nullptr, control, on_image);
+  const LensChoice lens{.camera = job.poses ? ImageLens::of(job.poses->camera) : ImageLens::unknown(),
+                        .use_recorded = true};
+  DetectSummary summary = detect_all(inputs, finder, lens, control, on_image);
   const auto reason = reports.going() ? no_tag_reason(summary, finder) : std::nullopt;
   if (reason) control.note("note: " + reason->message);
   reports.end(reason);

@@ -108,12 +108,20 @@ class DetectThroughALens : public ::testing::Test {
     Random random(5);
     Photograph photo = photograph(lens_, scene, {.background = "flat"}, random).value();
     ASSERT_TRUE(write_image(folder_ / "tags.png", photo.image));
-    auto recorder = SampleRecorder::open(std::move(*create_file(folder_ / "tags.mcap")));
-    ASSERT_TRUE(recorder);
-    ASSERT_TRUE(recorder->add(
-        CameraFrame{.stamp = SensorTime(std::chrono::seconds(1)), .image = std::move(photo.image)}));
-    ASSERT_TRUE(recorder->close());
+    record("tags.mcap", photo.image, std::nullopt);
+    record("calibrated.mcap", photo.image, lens_);
     truth_ = std::move(photo.tags);
+  }
+
+  void record(const std::string& name, const Image& image, const std::optional<CameraModel>& calibration) {
+    auto recorder = SampleRecorder::open(std::move(*create_file(folder_ / name)));
+    ASSERT_TRUE(recorder);
+    const SensorTime stamp(std::chrono::seconds(1));
+    if (calibration) {
+      ASSERT_TRUE(recorder->add_camera(stamp, *calibration, SE3()));
+    }
+    ASSERT_TRUE(recorder->add(CameraFrame{.stamp = stamp, .image = image}));
+    ASSERT_TRUE(recorder->close());
   }
 
   /// RMS error of the detected corners.
@@ -122,6 +130,7 @@ class DetectThroughALens : public ::testing::Test {
     int corners = 0;
     const DetectJob job{.sources = {(folder_ / name).string()}, .poses = poses};
     const auto summary = detect_images(job, finder_, {}, [&](const ImageReport& report, const PoseList&) {
+      lens_used_ = to_json(fields(ImageLine{report}))["lens"];
       for (const TagDetection& seen : report.detections) {
         for (std::size_t k = 0; k < 4; ++k, ++corners)
           sum += (seen.corners_px[k] - truth_.at(static_cast<std::size_t>(seen.tag.number)).corners_px[k])
@@ -131,6 +140,7 @@ class DetectThroughALens : public ::testing::Test {
     });
     EXPECT_TRUE(summary);
     EXPECT_EQ(corners, 16);
+    without_lens_ = summary->without_lens;
     return std::sqrt(sum / corners);
   }
 
@@ -144,21 +154,38 @@ class DetectThroughALens : public ::testing::Test {
   fs::path folder_ = testing::fresh_folder("jobs_detect_lens");
   TagFinder finder_ = default_finder();
   std::vector<TagTruth> truth_{};
+  std::string lens_used_{};       ///< key "lens" of the last report
+  std::size_t without_lens_ = 0;  ///< of the last summary
 };
 
 TEST_F(DetectThroughALens, RefinesCornersWithTheGivenLens) {
   for (const char* const name : {"tags.png", "tags.mcap"}) {
     const double with_px = rms_px(name, poses_);
+    EXPECT_EQ(lens_used_, "camera");
+    EXPECT_EQ(without_lens_, 0U);
     const double without_px = rms_px(name, std::nullopt);
+    EXPECT_EQ(lens_used_, "unknown");
+    EXPECT_EQ(without_lens_, 4U);
     std::printf("%s: corner error %.4f px with the lens, %.4f px without\n", name, with_px, without_px);
     EXPECT_LT(with_px, 0.05) << name;
     EXPECT_LT(3 * with_px, without_px) << name;
   }
 }
 
+TEST_F(DetectThroughALens, UsesTheCalibrationOfARecording) {
+  EXPECT_EQ(rms_px("calibrated.mcap", std::nullopt), rms_px("tags.mcap", poses_));
+  rms_px("calibrated.mcap", std::nullopt);
+  EXPECT_EQ(lens_used_, "recording");
+  EXPECT_EQ(without_lens_, 0U);
+  rms_px("calibrated.mcap", poses_);
+  EXPECT_EQ(lens_used_, "camera") << "takes precedence";
+}
+
 TEST_F(DetectThroughALens, IgnoresALensForAnotherImageSize) {
   const PoseSetup half{scaled_camera(lens_, 640, 360).value(), poses_.sizes};
   EXPECT_EQ(rms_px("tags.png", half), rms_px("tags.png", std::nullopt));
+  rms_px("tags.png", half);
+  EXPECT_EQ(lens_used_, "unknown");
 }
 
 TEST_F(DetectImages, TheLastReportHasTheCauseIfNoImageContainsATag) {
@@ -213,11 +240,12 @@ TEST_F(DetectImages, StopsBetweenTwoImages) {
       return go_on;
     };
   };
-  EXPECT_FALSE(detect_all(inputs, finder_, nullptr, {}, count(false)).stopped);
+  const LensChoice unknown{.camera = ImageLens::unknown(), .use_recorded = false};
+  EXPECT_FALSE(detect_all(inputs, finder_, unknown, {}, count(false)).stopped);
   EXPECT_EQ(images, 1) << "the callback returned false";
   JobControl control;
   control.cancelled = [&] { return images >= 2; };
-  EXPECT_TRUE(detect_all(inputs, finder_, nullptr, control, count(true)).stopped);
+  EXPECT_TRUE(detect_all(inputs, finder_, unknown, control, count(true)).stopped);
   EXPECT_EQ(images, 2);
 }
 

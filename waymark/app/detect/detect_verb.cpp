@@ -11,8 +11,12 @@
 namespace waymark::cli {
 namespace {
 
-ExitCode print_ends(const std::vector<DetectedCamera>& cameras, Console& console) {
+/// `without_lens`: whether tags were refined without a lens model, which the JSON lines report instead.
+ExitCode print_ends(const std::vector<DetectedCamera>& cameras, bool without_lens, Console& console) {
   console.end_progress();
+  std::size_t tags = 0;
+  for (const DetectedCamera& camera : cameras) tags += camera.end ? camera.end->tags : 0;
+  if (without_lens && tags > 0) console.note("note: " + without_lens_note(tags));
   ExitCode code = interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
   for (const DetectedCamera& camera : cameras) {
     if (camera.end)
@@ -40,7 +44,8 @@ ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const Tag
   JobControl control = control_from(console);
   control.cancelled = [&console] { return interrupted() || console.output_ended(); };
   const auto cameras = detect_cameras(job, finder, control);
-  if (cameras) return print_ends(*cameras, console);
+  const bool without_lens = !json && !job.poses && finder.refinement;
+  if (cameras) return print_ends(*cameras, without_lens, console);
   return fail_by_kind(cameras.error(), console);
 }
 
@@ -84,6 +89,8 @@ ExitCode detect(const DetectArgs& args, Console& console) {
         return !console.output_ended();
       });
   if (!summary) return fail_usage(summary.error(), console);
+  if (!args.json && summary->without_lens > 0)
+    console.note("note: " + without_lens_note(summary->without_lens));
   console.note(fmt::format("{}, {}, {} failed", counted(summary->images, "image"),
                            counted(summary->tags, "tag"), summary->failed));
   if (summary->stopped) return ExitCode::Interrupted;
@@ -118,7 +125,8 @@ Examples:
 With --camera and --tag-size-m, corners are refined with the lens model of the camera. The pose of each tag in the
 camera frame (x right, y down, z forward) is printed with standard deviations. For a tag viewed almost frontally, two
 poses fit almost equally well. Both are printed, the better one first, with the ratio of their errors (ambiguous if near
-1).
+1). Without --camera, images in a recording are refined with the calibration that the recording contains for them, and
+all other images without a lens model.
 )",
       .prepare = prepared(detect),
       .report = report_of<ImageLine>};

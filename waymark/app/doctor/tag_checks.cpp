@@ -104,9 +104,8 @@ DoctorLine check_map_tags(const std::string& address, const std::filesystem::pat
   const auto source = open_live_camera(address);
   if (!source) return map_failed(to_string(source.error()), "waymark cameras");
   MapTagTrial trial;
-  CameraWatch watch;
+  CameraWatch watch{.lens = ImageLens::of(camera->camera)};
   watch.duration_s = kMapLook_s;
-  watch.camera = &camera->camera;
   watch.should_stop = cancelled;
   watch.on_image = [&](CameraImage& image) {
     trial.add(image.frame.image.view(), image.found.detections, file->tags, camera->camera,
@@ -196,9 +195,8 @@ DoctorLine check_tag_size(const std::string& address, const std::filesystem::pat
   const auto source = open_live_camera(address);
   if (!source) return tag_failed(to_string(source.error()), "waymark cameras");
   std::vector<TagDetection> detections;
-  CameraWatch watch;
+  CameraWatch watch{.lens = ImageLens::of(camera->camera)};
   watch.duration_s = kTagLook_s;
-  watch.camera = &camera->camera;
   watch.should_stop = cancelled;
   watch.on_image = [&](CameraImage& image) {
     detections.insert(detections.end(), image.found.detections.begin(), image.found.detections.end());

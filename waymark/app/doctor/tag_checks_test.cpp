@@ -62,7 +62,7 @@ DoctorLine looked_at(const std::function<Levels(int)>& levels,
   for (int i = 0; i < 10; ++i) {
     Image image = painted_wall(levels, static_cast<std::uint64_t>(i));
     change(image, i);
-    const auto found = find_tags(image.view(), finder, &kCamera).value();
+    const auto found = find_tags(image.view(), finder, ImageLens::of(kCamera)).value();
     trial.add(image.view(), found.detections, wall(), kCamera, options.min_white_black_diff);
   }
   return check_map_tags(trial, "waymark detect SOURCE view=true");
@@ -119,8 +119,8 @@ TEST(DoctorMap, ReportsWhyTagsCannotBeChecked) {
   exchanged.tags.erase(tag(2));
   const Image image = painted_wall(kAllPlain, 1);
   MapTagTrial trial;
-  trial.add(image.view(), find_tags(image.view(), finder, &kCamera)->detections, exchanged, kCamera,
-            options.min_white_black_diff);
+  trial.add(image.view(), find_tags(image.view(), finder, ImageLens::of(kCamera))->detections, exchanged,
+            kCamera, options.min_white_black_diff);
   const DoctorLine line = check_map_tags(trial, "");
   EXPECT_EQ(line.level, DoctorLevel::Warn);
   testing::expect_on_page("doctor", line.message);

@@ -23,7 +23,8 @@ struct Reports {
 
 Reports detect(const EvaluateDetectionsJob& job, const TagFinder& finder, const JobControl& control) {
   Reports all;
-  all.summary = detect_all(find_inputs(job.sources, job.recursive), finder, nullptr, control,
+  const LensChoice lens{.camera = ImageLens::unknown(), .use_recorded = true};
+  all.summary = detect_all(find_inputs(job.sources, job.recursive), finder, lens, control,
                            [&](std::size_t, ImageReport& report, const ImageView&) {
                              all.reports.push_back(report);
                              return true;

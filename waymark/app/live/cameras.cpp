@@ -257,9 +257,9 @@ class Watcher {
   Status take(CameraFrame frame) {
     frame.stamp = stamps_.at(frame.stamp);
     const ImageView view = frame.image;
-    if (watch_.camera != nullptr)
-      if (Status fits = check_image_size(*watch_.camera, view.width, view.height); !fits) return fits;
-    auto found = find_tags(view, finder_, watch_.camera);
+    if (watch_.lens.known())
+      if (Status fits = check_image_size(*watch_.lens.camera(), view.width, view.height); !fits) return fits;
+    auto found = find_tags(view, finder_, watch_.lens);
     if (!found) return tl::unexpected(found.error());
     CameraImage seen{std::move(frame), std::move(*found), {}};
     seen.age = stamps_.now() - seen.frame.stamp;

@@ -105,10 +105,8 @@ struct CameraImage {
 
 /// Options and callbacks of watch_camera().
 struct CameraWatch {
+  ImageLens lens;                                               ///< for images of this camera's size
   double duration_s = std::numeric_limits<double>::infinity();  ///< counted from the first image
-  /// Lens model used for straight tag edges that the lens bends; its image size must match. nullptr if the
-  /// lens is unknown.
-  const CameraModel* camera = nullptr;
   std::function<Status(CameraImage&)> on_image{};  ///< called with each image; an error ends the watch
   std::function<void(const std::string&)> on_message = [](const std::string&) {};
   std::function<bool()> should_stop = [] { return false; };

@@ -68,7 +68,7 @@ TEST(CameraWatch, DeliversImagesWithTimesSince1970UntilTheDurationIsOver) {
   const auto finder = make_tag_finder();
   std::string words;
   std::vector<SensorTime> stamps;
-  CameraWatch watch{.duration_s = 0.1};
+  CameraWatch watch{.lens = ImageLens::unknown(), .duration_s = 0.1};
   watch.on_message = [&](const std::string& text) { words += text; };
   watch.on_image = [&](CameraImage& seen) {
     EXPECT_GE(to_seconds(seen.age), 0.005);
@@ -91,7 +91,7 @@ TEST(CameraWatch, RefusesACalibrationOfAnotherSize) {
   const auto finder = make_tag_finder();
   const CameraModel model =
       CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value();
-  CameraWatch watch{.duration_s = 0.1, .camera = &model};
+  CameraWatch watch{.lens = ImageLens::of(model), .duration_s = 0.1};
   watch.on_image = [](CameraImage& /*seen*/) { return Status(); };
   EXPECT_FALSE(watch_camera(camera, *finder, watch));
 }

@@ -88,7 +88,7 @@ Result<LocalizeCameraReport> localize_camera(LiveCamera& camera, const CameraMod
                             .cameras = {{.camera = model, .base_T_cam = base_T_camera({})}}});
   if (!output) return tl::unexpected(output.error());
   CameraLog log(job, model, map->tags, *output);
-  CameraWatch watch{.camera = &model,
+  CameraWatch watch{.lens = ImageLens::of(model),
                     .on_image = [&](CameraImage& seen) { return log.take(seen); },
                     .on_message = control.note,
                     .should_stop = control.cancelled};

@@ -167,7 +167,7 @@ std::vector<SceneFrame> filmed(const World& world, const CameraModel& camera, do
     const auto rendered = renderer->render([&](double dt_s) { return hand.at(t_s + dt_s); }, stamp,
                                            static_cast<std::uint64_t>(k));
     if (!rendered) return {};
-    auto found = sequence.find(rendered->image.view(), &camera);
+    auto found = sequence.find(rendered->image.view(), ImageLens::of(camera));
     if (!found) return {};
     frames.push_back({stamp, {{0, std::move(found->detections)}}});
   }
@@ -309,7 +309,7 @@ const std::vector<SceneFrame>& field_frames(const std::filesystem::path& video) 
       return {};
     };
     const CameraModel camera = *field_job(video).camera;
-    if (finder) static_cast<void>(find_video_tags(video.string(), *finder, &camera, {}, add));
+    if (finder) static_cast<void>(find_video_tags(video.string(), *finder, ImageLens::of(camera), {}, add));
     return all;
   }();
   return frames;

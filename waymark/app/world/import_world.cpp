@@ -91,7 +91,7 @@ Result<std::vector<TextureTag>> tags_in(const std::string& file, const TagFinder
   const Result<Image> image = read_image(file);
   if (!image) return tl::unexpected(image.error());
   const FramedImage large = add_frame(*image);
-  const Result<FoundTags> found = find_tags(large.image, finder, nullptr);
+  const Result<FoundTags> found = find_tags(large.image, finder, ImageLens::unknown());
   if (!found) return tl::unexpected(found.error());
   std::vector<TextureTag> tags;
   for (const TagDetection& detection : found->detections) {

@@ -246,6 +246,50 @@ TEST(ExportCsv, TablesRoundTrip) {
   }
 }
 
+/// A recording with two tags in each of `frames` images, of which the first is unreliable, and the second too
+/// if `all`.
+Bytes with_unreliable_tags(int frames, bool all) {
+  Bytes file;
+  auto recorder = SampleRecorder::open(memory_sink(file));
+  EXPECT_TRUE(recorder);
+  for (int i = 0; i < frames; ++i) {
+    TagFrame frame{.stamp = SensorTime(std::chrono::milliseconds(1000 + i)), .detections = {{}, {}}};
+    for (TagDetection& tag : frame.detections) tag.corners_px.fill(Eigen::Vector2d(1, 2));
+    frame.detections[0].corner_state = CornerState::Unreliable;
+    frame.detections[1].tag.number = 1;
+    if (all) frame.detections[1].corner_state = CornerState::Unreliable;
+    EXPECT_TRUE(recorder->add(frame));
+  }
+  EXPECT_TRUE(recorder->close());
+  return file;
+}
+
+TEST(ExportCsv, UnreliableTagsAreNotInTheTableButReported) {
+  const Bytes file = with_unreliable_tags(3, false);
+  auto log = open_log(memory_source(file));
+  ASSERT_TRUE(log);
+  Bytes out;
+  const auto report = export_csv(**log, memory_sink(out), {.kind = "detections"});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_EQ(report->messages, 3U);
+  EXPECT_THAT(std::string(as_text(out)), Not(HasSubstr("tag36h11:0")));
+  ASSERT_EQ(report->problems.size(), 1U);
+  EXPECT_EQ(report->problems[0].key, "csv.unreliable_corners");
+  EXPECT_EQ(report->problems[0].kind, LogProblem::Kind::Trap);
+  EXPECT_EQ(report->problems[0].count, 3U);
+}
+
+TEST(ExportCsv, FailsIfAllTagsAreUnreliable) {
+  const Bytes file = with_unreliable_tags(2, true);
+  auto log = open_log(memory_source(file));
+  ASSERT_TRUE(log);
+  Bytes out;
+  const auto report = export_csv(**log, memory_sink(out), {.kind = "detections"});
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, ErrorCode::NotFound);
+  EXPECT_THAT(report.error().message, HasSubstr("all 4 detections"));
+}
+
 TEST(ExportCsv, OneOfSeveralKindsMustBeChosen) {
   const Bytes file = recording();
   auto log = open_log(memory_source(file));

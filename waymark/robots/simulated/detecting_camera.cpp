@@ -85,7 +85,7 @@ Result<SeenImage> DetectingCamera::detect(const CameraShot& shot) {
   auto frame = take(shot);
   if (!frame) return tl::unexpected(frame.error());
   const MountedCamera& mounted = cameras_.at(shot.camera).mounted;
-  auto found = find_tags(frame->image, finder_, &mounted.camera);
+  auto found = find_tags(frame->image, finder_, ImageLens::of(mounted.camera));
   if (!found) return tl::unexpected(found.error());
   SeenImage seen{.frame = std::move(*frame), .found = {.stamp = shot.stamp, .camera = mounted.name}};
   seen.found.detections = std::move(found->detections);
