@@ -180,7 +180,7 @@ void NoTagDiagnosis::add(const ImageView& image, std::size_t tags) {
 }
 
 std::optional<NoTagReason> NoTagDiagnosis::reason(const DetectorOptions& options) const {
-  if (kept_.empty() || without_ < (kFewImages - 1) * with_) return std::nullopt;
+  if (kept_.empty() || without_ < (kImagesPerTag - 1) * with_) return std::nullopt;
   // The detector of this project is used in any case, because it also finds inverted tags.
   DetectorOptions own;
   own.families = options.families;

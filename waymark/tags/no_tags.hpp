@@ -47,7 +47,7 @@ class NoTagDiagnosis {
 
  private:
   static constexpr std::size_t kMaxKept = 3;
-  static constexpr std::size_t kFewImages = 20;  ///< for each image with a tag
+  static constexpr std::size_t kImagesPerTag = 20;  ///< if tags are seen in hardly any image
   /// Without a tag: the first image, and the last ones whose number is a power of two.
   std::vector<Image> kept_{};
   std::size_t without_ = 0;  ///< number of images without a tag
