@@ -126,6 +126,13 @@ class StepReader {
     return (px_H_unit_ * unit.homogeneous()).hnormalized();
   }
 
+  /// Derivatives of place().
+  [[nodiscard]] Eigen::Matrix2d px_J_cell(const Vector2d& cell) const {
+    const Eigen::Vector3d p = px_H_unit_ * (cell / width_).homogeneous();
+    const Eigen::Matrix<double, 3, 2> J = px_H_unit_.leftCols<2>() / width_;
+    return (J.topRows<2>() - p.hnormalized() * J.row(2)) / p.z();
+  }
+
  private:
   [[nodiscard]] bool inside(const Vector2d& px) const {
     return px.x() >= 0 && px.y() >= 0 && px.x() <= image_.width && px.y() <= image_.height;
@@ -211,15 +218,21 @@ StepPlacement place_by_steps(const ImageView& image, const PrintedTag& print, co
   const std::array<Vector2d, 4> unit = {Vector2d(-1, -1), {1, -1}, {1, 1}, {-1, 1}};
   StepPlacement result;
   double worst = 0;
+  const Matrix8 inverse = fit.information.ldlt().solve(Matrix8::Identity());
+  Matrix8 M;
   for (std::size_t k = 0; k < 4; ++k) {
     const Eigen::Matrix<double, 2, 8> rows = displacement(unit[k].x(), unit[k].y());
     const Vector2d cells = (0.5 * w) * (unit[k] + Vector2d(1, 1));
     result.shift_px[k] = reader.place(cells + rows * fit.x) - corners_px[k];
-    worst = std::max(worst, (rows * fit.information.ldlt().solve(rows.transpose())).diagonal().maxCoeff());
+    worst = std::max(worst, (rows * inverse * rows.transpose()).diagonal().maxCoeff());
+    M.middleRows<2>(2 * static_cast<Eigen::Index>(k)) = reader.px_J_cell(cells) * rows;
   }
   constexpr int kUnknowns = 8;
-  const double sigma_cells = std::sqrt(fit.squares / std::max(1.0, fit.near - kUnknowns) * worst);
+  const double variance = fit.squares / std::max(1.0, fit.near - kUnknowns);
+  const double sigma_cells = std::sqrt(variance * worst);
+  result.covariance_px2 = variance * M * inverse * M.transpose();
   result.sigma_px = sigma_cells * mean_side_px(corners_px) / w;
+  result.residual_px = std::sqrt(fit.squares / std::max(1.0, fit.near)) * mean_side_px(corners_px) / w;
   result.share = fit.near / std::max<double>(1, static_cast<double>(steps.count));
   return result;
 }

@@ -10,6 +10,8 @@ namespace waymark::refinement {
 struct StepPlacement {
   Quad shift_px{};      ///< from the given corners to those of the steps; at most about half a cell
   double sigma_px = 0;  ///< standard deviation of a coordinate of a shift, from the scatter of the steps
+  CornerCovariance covariance_px2 = CornerCovariance::Zero();  ///< of shift_px, from the scatter of the steps
+  double residual_px = 0;  ///< root mean square distance of the steps from that placement
   double share = 0;     ///< share of the expected steps that are visible and lie near this placement
 };
 
