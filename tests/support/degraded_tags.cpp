@@ -52,11 +52,11 @@ struct Print {
   double glare = 0;  ///< grey levels added at its middle
   Eigen::Vector2d glare_at{0, 0};
   double glare_radius = 1;
-  int covered_corner = -1;              ///< TL, TR, BR, BL; negative: none
-  Eigen::Vector2d covered{0, 0};        ///< extent of the cover from that corner inwards
+  int covered_corner = -1;        ///< TL, TR, BR, BL; negative: none
+  Eigen::Vector2d covered{0, 0};  ///< extent of the cover from that corner inwards
   double cover_level = 0;
-  Eigen::Vector2d bow{0, 0};            ///< displacement of the middle along each axis; corners stay in place
-  double barrel = 0;                    ///< outward displacement of the middle of each edge
+  Eigen::Vector2d bow{0, 0};  ///< displacement of the middle along each axis; corners stay in place
+  double barrel = 0;          ///< outward displacement of the middle of each edge
   bool corner_squares = false;
   int samples = 5;  ///< of a pixel, along each axis
 };
@@ -581,8 +581,9 @@ const std::vector<TagSet>& tag_sets() {
 }
 
 const std::vector<TagSet>& hard_tag_sets() {
-  static const std::vector<TagSet> sets = {{"tiny", 4},  {"faint", 4},   {"corner", 4}, {"glare", 4}, {"bent", 4},
-                                           {"cut", 4}, {"covered", 4}, {"moving", 4}, {"bright", 4}};
+  static const std::vector<TagSet> sets = {{"tiny", 4},    {"faint", 4},  {"corner", 4},
+                                           {"glare", 4},   {"bent", 4},   {"cut", 4},
+                                           {"covered", 4}, {"moving", 4}, {"bright", 4}};
   return sets;
 }
 

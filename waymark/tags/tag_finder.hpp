@@ -41,11 +41,11 @@ struct FoundTags {
 };
 
 /// Finds the tags in an image and refines their corners, which then have a covariance. If a fit is not
-/// usable, the detected corners are kept with the covariance given by unrefined_sigma_px. `camera` is the
-/// camera model for images of this size; its distortion determines how the edges of tags are curved. Only
-/// tags with a corner outside its domain are dropped, and they are counted. The argument has no default
-/// because corners refined without the model of a distorting camera are biased; pass null if the model is
-/// unknown. Thread-safe if the detector is.
+/// usable, the detected corners are kept or moved to the steps between cells, with a covariance for that.
+/// `camera` is the camera model for images of this size; its distortion determines how the edges of tags are
+/// curved. Only tags with a corner outside its domain are dropped, and they are counted. The argument has no
+/// default because corners refined without the model of a distorting camera are biased; pass null if the
+/// model is unknown. Thread-safe if the detector is.
 [[nodiscard]] Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder,
                                           const CameraModel* camera);
 
