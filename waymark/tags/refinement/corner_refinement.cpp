@@ -206,6 +206,7 @@ bool may_place_by_bits(RefinementOutcome outcome) {
 RefinedCorners keep(const ImageView& image, const PrintedTag& print, const Quad& corners_px,
                     const RefinementOptions& options, const RefinedCorners& failed) {
   constexpr double kUsualSigmaPx = 0.5;
+  constexpr double kShareOfBent = 0.9;  // of the steps: a bend that explains as many is not a mistake
   const double variance_px2 = options.unrefined_sigma_px * options.unrefined_sigma_px;
   RefinedCorners kept;
   kept.outcome = failed.outcome;
@@ -215,7 +216,9 @@ RefinedCorners keep(const ImageView& image, const PrintedTag& print, const Quad&
   const StepPlacement steps = place_by_steps(image, print, corners_px);
   const bool is_suspect =
       failed.state == CornerState::Unreliable || failed.outcome == RefinementOutcome::MovedTooFar;
-  if (is_suspect && contradicts(steps, kept.covariance_px2)) kept.state = CornerState::Unreliable;
+  const bool is_explained = steps.bent && steps.share > kShareOfBent;
+  if (is_suspect && !is_explained && contradicts(steps, kept.covariance_px2))
+    kept.state = CornerState::Unreliable;
   const KeptCorners placed = kept.state == CornerState::Unreliable
                                  ? contradicted_corners(kept.outcome, print, corners_px, steps)
                                  : kept_corners(kept.outcome, print, corners_px, steps);
