@@ -18,12 +18,12 @@ struct KeptWeights {
 
 /// Printed by tools/learn_kept_corners.py.
 constexpr std::array<KeptWeights, kKeptCauses> kKeptWeights = {{
-    {1.5, 2.3, 0.0093, 0.015},  // cut by border, 363 tags
+    {1.5, 1.8, 0.0094, 0.015},  // cut by border, 362 tags
     {0.16, 15, 0.16, 1.1},      // too small, 148 tags
     {1, 2.9, 0.043, 0.19},      // low contrast, 18 tags
     {5.4, 6.3, 0.014, 0.67},    // poor fit, 310 tags
     {2, 13, 0.0099, 0.35},      // moved too far, 1105 tags
-    {5.8, 3.1, 0.017, 0.015},   // bent, 157 tags
+    {5.8, 3.7, 0.017, 0.015},   // bent, 158 tags
 }};
 
 /// Adds a variance to both coordinates of each corner.
@@ -45,9 +45,9 @@ double cell_of(const PrintedTag& print, const Quad& corners_px) {
 }  // namespace
 
 KeptCause kept_cause(RefinementOutcome outcome, const StepPlacement& steps) {
-  if (outcome == RefinementOutcome::CutByBorder) return KeptCause::CutByBorder;
   if (outcome == RefinementOutcome::TooSmall) return KeptCause::TooSmall;
   if (steps.bent) return KeptCause::Bent;
+  if (outcome == RefinementOutcome::CutByBorder) return KeptCause::CutByBorder;
   if (outcome == RefinementOutcome::LowContrast) return KeptCause::LowContrast;
   return outcome == RefinementOutcome::MovedTooFar ? KeptCause::MovedTooFar : KeptCause::PoorFit;
 }
