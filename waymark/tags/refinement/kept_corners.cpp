@@ -64,12 +64,16 @@ CornerCovariance step_covariance(KeptCause cause, const StepPlacement& steps) {
 KeptCorners kept_corners(RefinementOutcome outcome, const PrintedTag& print, const Quad& corners_px,
                          const StepPlacement& steps) {
   constexpr double kSaturatedSigmaPx = 0.3;
-  constexpr double kUnknownCells = 1;
+  constexpr double kUnseenSigmaPx = 0.5;
   if (print.saturated) return in_place(corners_px, kSaturatedSigmaPx);
   KeptCorners kept{corners_px, step_covariance(kept_cause(outcome, steps), steps), true};
   for (std::size_t k = 0; k < 4; ++k) kept.corners_px[k] += steps.shift_px[k];
-  if (!enough_steps(steps) || !is_convex(kept.corners_px) || !kept.covariance_px2.allFinite())
-    return in_place(corners_px, std::max(0.5, kUnknownCells * cell_of(print, corners_px)));
+  if (!enough_steps(steps) || !is_convex(kept.corners_px) || !kept.covariance_px2.allFinite()) {
+    const bool is_cut =
+        outcome == RefinementOutcome::CutByBorder;  // then a cell of the border may be missing
+    return in_place(corners_px,
+                    is_cut ? std::max(kUnseenSigmaPx, cell_of(print, corners_px)) : kUnseenSigmaPx);
+  }
   return kept;
 }
 
