@@ -83,7 +83,7 @@ struct CauseScores {
   double tags = 0;
   double squares = 0;
   double detected = 0;
-  double claimed = 0;
+  double stated = 0;
   double nees = 0;
   int marked = 0;
 
@@ -91,13 +91,13 @@ struct CauseScores {
     tags += 1;
     squares += kept.error.squaredNorm() / 8;
     detected += kept.detected.squaredNorm() / 8;
-    claimed += kept.corners.covariance_px2.trace() / 8;
+    stated += kept.corners.covariance_px2.trace() / 8;
     nees += kept.error.dot(kept.corners.covariance_px2.ldlt().solve(kept.error)) / 8;
     marked += kept.corners.state == CornerState::Unreliable ? 1 : 0;
   }
   void print(const std::string& name) const {
     std::cout << fmt::format("{:<16}{:>6}{:>10}{:>10.3f}{:>9.3f}{:>9.3f}{:>8.2f}\n", name, tags, marked,
-                             std::sqrt(detected / tags), std::sqrt(squares / tags), std::sqrt(claimed / tags),
+                             std::sqrt(detected / tags), std::sqrt(squares / tags), std::sqrt(stated / tags),
                              nees / tags);
   }
 };
@@ -129,7 +129,7 @@ TEST(KeptCorners, AreConsistentForEachCause) {
     }
   }
   std::cout
-      << "cause             tags  unreliable  detected   kept   claimed  NEES/8   (RMS per coordinate, px)\n";
+      << "cause             tags  unreliable  detected   kept   stated  NEES/8   (RMS per coordinate, px)\n";
   for (const auto& [name, scores] : causes) scores.print(name);
   all.print("all");
   std::cout << "far off: " << far << " of " << 4 * (all.tags - all.marked) << " corners, seed " << kTestSeed

@@ -360,7 +360,9 @@ TEST(RefinementFallback, ATagCutByTheBorderIsPlacedByItsSteps) {
   TagDetection detection = detection_at(print, 0, random);
   const Image image = render(print);
   ASSERT_TRUE(refine_corners(image, detection).refined());
-  const double shift_px = detection.corners_px[0].x() - 2;  // two pixels of the border remain visible
+  double left_px = image.width();
+  for (const auto& corner : detection.corners_px) left_px = std::min(left_px, corner.x());
+  const double shift_px = left_px + 2;  // two of the five pixels of a cell are cut off at one corner
   const ImageView right{image.row(0) + static_cast<std::ptrdiff_t>(shift_px),
                         image.width() - static_cast<int>(shift_px), image.height(), image.width()};
   for (auto& corner : detection.corners_px) corner.x() -= std::floor(shift_px);
