@@ -105,13 +105,14 @@ struct CauseScores {
 /// Number of corners that are both more than 5 standard deviations and more than 0.5 px off.
 int far_corners(const Kept& kept) {
   constexpr double kSigmas = 5;
-  constexpr double kFarPx = 0.5;
+  constexpr double kLeastErrorPx = 0.5;
   int far = 0;
   for (Eigen::Index at = 0; at < 8; at += 2) {
     const Eigen::Vector2d error = kept.error.segment<2>(at);
     const Eigen::Matrix2d covariance = kept.corners.covariance_px2.block<2, 2>(at, at);
-    const bool is_far = error.norm() > kFarPx && error.dot(covariance.llt().solve(error)) > kSigmas * kSigmas;
-    far += is_far ? 1 : 0;
+    const bool beyond =
+        error.norm() > kLeastErrorPx && error.dot(covariance.llt().solve(error)) > kSigmas * kSigmas;
+    far += beyond ? 1 : 0;
   }
   return far;
 }
@@ -136,9 +137,9 @@ TEST(KeptCorners, AreConsistentForEachCause) {
             << "\n";
   for (const char* name : {"too_small", "low_contrast", "cut_by_border", "poor_fit", "moved_too_far"})
     EXPECT_GE(causes[name].tags, 5) << name;
-  constexpr double kFewTags = 12;  // the mean of fewer says little
+  constexpr double kMinTags = 12;  // the mean of fewer is not tested
   for (const auto& [name, scores] : causes) {
-    if (scores.tags < kFewTags) continue;
+    if (scores.tags < kMinTags) continue;
     EXPECT_GT(scores.nees / scores.tags, 0.5) << name;
     EXPECT_LT(scores.nees / scores.tags, 2.0) << name;
   }
