@@ -52,6 +52,11 @@ struct Print {
   double glare = 0;  ///< grey levels added at its middle
   Eigen::Vector2d glare_at{0, 0};
   double glare_radius = 1;
+  int covered_corner = -1;        ///< TL, TR, BR, BL; negative: none
+  Eigen::Vector2d covered{0, 0};  ///< extent of the cover from that corner inwards
+  double cover_level = 0;
+  Eigen::Vector2d bow{0, 0};  ///< displacement of the middle along each axis; corners stay in place
+  double barrel = 0;          ///< outward displacement of the middle of each edge
   bool corner_squares = false;
   int samples = 5;  ///< of a pixel, along each axis
 };
@@ -135,10 +140,29 @@ TrueTag place(const TagId& tag, const Eigen::Vector2d& center_px, double size_px
   return truth;
 }
 
+/// The point of the flat tag that is seen at (u, v) if the tag is bent. Corners stay in place.
+Eigen::Vector2d unbent(const Print& print, double side, double u, double v) {
+  const Eigen::Vector2d at(2 * u / side - 1, 2 * v / side - 1);
+  const Eigen::Vector2d inner(1 - at.y() * at.y(), 1 - at.x() * at.x());
+  return Eigen::Vector2d(u, v) - (print.bow + print.barrel * at).cwiseProduct(inner);
+}
+
+bool covers_corner(const Print& print, double side, double u, double v) {
+  const int k = print.covered_corner;
+  if (k < 0) return false;
+  constexpr double kBeyond = 3;  // cells
+  const double x = k == 1 || k == 2 ? side - u : u;
+  const double y = k >= 2 ? side - v : v;
+  return x > -kBeyond && y > -kBeyond && x < print.covered.x() && y < print.covered.y();
+}
+
 /// The grey level at a point of the tag's plane, or a negative number outside the paper.
-double level_at(const Family& family, const std::vector<std::uint8_t>& cells, const Print& print, double u,
-                double v) {
+double level_at(const Family& family, const std::vector<std::uint8_t>& cells, const Print& print, double at_u,
+                double at_v) {
   const double side = family.width_at_border;
+  const Eigen::Vector2d flat = unbent(print, side, at_u, at_v);
+  const double u = flat.x();
+  const double v = flat.y();
   if (u < -print.margin || v < -print.margin || u >= side + print.margin || v >= side + print.margin)
     return -1;
   const int edge = (family.total_width - family.width_at_border) / 2;
@@ -162,6 +186,7 @@ double level_at(const Family& family, const std::vector<std::uint8_t>& cells, co
     const double d = depth.at(static_cast<std::size_t>(print.bar_side));
     if (d >= print.bar_begin && d < print.bar_end) level = print.bar_level;
   }
+  if (covers_corner(print, side, u, v)) level = print.cover_level;
   return level;
 }
 
@@ -405,6 +430,86 @@ TagImage special(std::string_view set, Random& random) {
   return photo;
 }
 
+Eigen::Vector2d random_direction(Random& random) {
+  const double direction = random.uniform(0, 2 * kPi);
+  return {std::cos(direction), std::sin(direction)};
+}
+
+/// A print of one of the sets whose tags often cannot be refined.
+Print hard_print(std::string_view set, Random& random) {
+  Print print;
+  print.black = random.uniform(20, 80);
+  print.white = print.black + random.uniform(80, 150);
+  if (set == "faint") print.white = print.black + random.uniform(7, 16);
+  if (set == "bright") {
+    print.white = random.uniform(300, 2000);
+    print.samples = 16;
+  }
+  if (set == "corner") {
+    print.covered_corner = static_cast<int>(random.index(4));
+    print.covered.x() = random.uniform(0.2, 2);
+    print.covered.y() = random.uniform(0.2, 2);
+    print.cover_level = random.uniform(print.black, print.white);
+  }
+  if (set == "glare") {
+    print.glare = random.uniform(50, 400);
+    print.glare_at.x() = random.uniform(0, 8);
+    print.glare_at.y() = random.uniform(0, 8);
+    print.glare_radius = random.uniform(0.7, 3);
+  }
+  if (set == "bent") {
+    print.bow = random.uniform(0, 0.4) * random_direction(random);
+    print.barrel = random.uniform(-0.3, 0.3);
+  }
+  if (set == "covered") {
+    print.bar_level = random.uniform(print.black, print.white);
+    print.bar_begin = random.uniform(-1, 0.5);
+    print.bar_end = print.bar_begin + random.uniform(0.3, 1.5);
+    print.bar_side = static_cast<int>(random.index(4));
+  }
+  return print;
+}
+
+/// Tags at the border of the image, up to about one cell beyond it.
+std::vector<TrueTag> scatter_at_border(Canvas& canvas, int most, Random& random) {
+  std::vector<TrueTag> placed;
+  for (int i = 0; i < most; ++i) {
+    const double size = 24 * std::pow(5, random.uniform());
+    const double along = (i / 4 + 0.5) / ((most + 3) / 4);
+    const double inwards = random.uniform(0.3, 0.75) * size;
+    const std::array<Eigen::Vector2d, 4> center = {Eigen::Vector2d(along * kWidth, inwards),
+                                                   {along * kWidth, kHeight - inwards},
+                                                   {inwards, along * kHeight},
+                                                   {kWidth - inwards, along * kHeight}};
+    const TagId tag{FamilyId::Tag36h11,
+                    static_cast<int>(random.index(family(FamilyId::Tag36h11).codes.size()))};
+    placed.push_back(place(tag, center.at(static_cast<std::size_t>(i % 4)), size,
+                           random.uniform(0, 45) * kPi / 180, random));
+    paint(canvas, placed.back(), hard_print("cut", random));
+  }
+  return placed;
+}
+
+/// Tags that often cannot be refined, for one cause in each set.
+TagImage hard(std::string_view set, Random& random) {
+  Canvas canvas = clutter(random);
+  TagImage photo;
+  photo.name = std::string(set);
+  const SizeRange range = set == "tiny" ? SizeRange{8, 14, 70} : SizeRange{20, 120, 55};
+  photo.truth = set == "cut" ? scatter_at_border(canvas, 20, random)
+                             : scatter(canvas, range, set == "tiny" ? 100 : kTagsPerImage, random,
+                                       [&] { return hard_print(set, random); });
+  Look look;
+  look.blur_px = random.uniform(0.4, 1.2);
+  look.noise = set == "faint" ? random.uniform(0.5, 1.5) : random.uniform(1, 4);
+  if (set == "moving") {
+    look.motion_px = random.uniform(3, 10);
+    look.motion_rad = random.uniform(0, kPi);
+  }
+  photo.image = developed(canvas, look, random);
+  return photo;
+}
+
 /// A board of 6 x 4 tags on one paper, with black squares between the corners.
 TagImage grid(Random& random) {
   Canvas canvas = clutter(random);
@@ -499,12 +604,21 @@ const std::vector<TagSet>& tag_sets() {
   return sets;
 }
 
+const std::vector<TagSet>& hard_tag_sets() {
+  static const std::vector<TagSet> sets = {{"tiny", 4},    {"faint", 4},  {"corner", 4},
+                                           {"glare", 4},   {"bent", 4},   {"cut", 4},
+                                           {"covered", 4}, {"moving", 4}, {"bright", 4}};
+  return sets;
+}
+
 TagImage tag_image(std::string_view set, std::size_t index, std::uint64_t seed) {
   Random random = stream(set, index, seed);
   if (set == "mixed") return mixed(random);
   if (set == "single") return single(index, random);
   if (set == "grid") return grid(random);
   if (set == "overexposed") return overexposed(index, random);
+  if (std::ranges::any_of(hard_tag_sets(), [&](const TagSet& one) { return one.name == set; }))
+    return hard(set, random);
   return special(set, random);
 }
 

@@ -39,6 +39,11 @@ struct TagSet {
 };
 [[nodiscard]] const std::vector<TagSet>& tag_sets();
 
+/// Sets whose tags often cannot be refined: "tiny", "faint", "corner" (an object over a corner), "glare",
+/// "bent", "cut" (by the border of the image), "covered" (a bar of any level along one side), "moving",
+/// "bright" (white at 300 to 2000 grey levels).
+[[nodiscard]] const std::vector<TagSet>& hard_tag_sets();
+
 /// Image number `index` of a set, 1280 x 720 px. The same seed gives the same image.
 [[nodiscard]] TagImage tag_image(std::string_view set, std::size_t index, std::uint64_t seed = kSetSeed);
 

@@ -41,9 +41,9 @@ struct FoundTags {
 };
 
 /// Finds the tags in an image and refines their corners, which then have a covariance. If a fit is not
-/// usable, the detected corners are kept with the covariance given by unrefined_sigma_px. The distortion of
-/// the lens determines how the edges of tags are curved. Only tags with a corner outside its domain are
-/// dropped, and they are counted. Thread-safe if the detector is.
+/// usable, the detected corners are kept or moved to the steps between cells, with a covariance for that. The
+/// distortion of the lens determines how the edges of tags are curved. Only tags with a corner outside its
+/// domain are dropped, and they are counted. Thread-safe if the detector is.
 [[nodiscard]] Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, ImageLens lens);
 
 /// The same for consecutive images from one camera. If tracking is enabled or tags are expected, tags are

@@ -13,9 +13,6 @@ namespace waymark::refinement {
 namespace {
 
 using Eigen::Vector2d;
-using Vector8 = Eigen::Matrix<double, 8, 1>;
-using Matrix8 = Eigen::Matrix<double, 8, 8>;
-
 constexpr int kMaxWidth = 12;  ///< cells across the border of the largest family
 
 /// Colours of the cells inside the border and of the ring around it.
@@ -60,21 +57,48 @@ class CellColors {
   std::array<Color, static_cast<std::size_t>(kSide) * kSide> color_{};
 };
 
+constexpr int kUnknowns = 12;  ///< eight of a homography, four that bend the tag
+constexpr int kFlat = 8;       ///< those of a homography come first
+constexpr int kPerAxis = 7;    ///< the displacement along an axis depends on these
+constexpr int kFlatPerAxis = 5;
+using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
+using Information = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using Row = Eigen::Matrix<double, kPerAxis, 1>;
+
+/// The parameters on which the displacement along each axis depends.
+constexpr std::array<std::array<int, kPerAxis>, 2> kParameters = {
+    {{0, 1, 2, 6, 7, 8, 9}, {3, 4, 5, 6, 7, 10, 11}}};
+
+/// Displacement along an axis of the point (u, v), -1 to 1 inside the border, with respect to kParameters: to
+/// first order that of a homography, then bow and squeeze of the tag.
+Row displacement(double u, double v, int axis) {
+  Row row;
+  if (axis == 0) {
+    row << 1, u, v, u * u, u * v, v * v, u * v * v;
+  } else {
+    row << 1, u, v, u * v, v * v, u * u, u * u * v;
+  }
+  return row;
+}
+
+/// The same for both axes and all parameters.
+Eigen::Matrix<double, 2, kUnknowns> displacement(double u, double v) {
+  Eigen::Matrix<double, 2, kUnknowns> rows = Eigen::Matrix<double, 2, kUnknowns>::Zero();
+  for (int axis = 0; axis < 2; ++axis) {
+    const Row row = displacement(u, v, axis);
+    for (int i = 0; i < kPerAxis; ++i)
+      rows(axis, kParameters[static_cast<std::size_t>(axis)][static_cast<std::size_t>(i)]) = row[i];
+  }
+  return rows;
+}
+
 /// A step between two cells.
 struct Step {
-  Vector8 row;        ///< derivatives of its offset with respect to the parameters of displacement()
+  Row row = Row::Zero();  ///< derivatives of its offset with respect to the parameters of its axis
+  int axis = 0;
   double offset = 0;  ///< [cell] from its expected position, along its normal
   bool visible = false;
 };
-
-/// Displacement of the point (u, v), -1 to 1 inside the border, with respect to eight parameters: those of a
-/// homography of the plane, to first order.
-Eigen::Matrix<double, 2, 8> displacement(double u, double v) {
-  Eigen::Matrix<double, 2, 8> rows;
-  rows << 1, u, v, 0, 0, 0, u * u, u * v,  //
-      0, 0, 0, 1, u, v, u * v, v * v;
-  return rows;
-}
 
 constexpr int kMaxSteps = 2 * kMaxWidth * (kMaxWidth + 1);
 
@@ -98,7 +122,8 @@ class StepReader {
     const Vector2d from = place(middle - kReach * along);
     const Vector2d to = place(middle + kReach * along);
     Step step;
-    step.row = displacement(2 * x / width_ - 1, 2 * y / width_ - 1).row(axis).transpose();
+    step.axis = axis;
+    step.row = displacement(2 * x / width_ - 1, 2 * y / width_ - 1, axis);
     if (!inside(from) || !inside(to)) return step;
     double before = 0;
     double weight = 0;
@@ -124,6 +149,13 @@ class StepReader {
   [[nodiscard]] Vector2d place(const Vector2d& cell) const {
     const Vector2d unit = cell / width_;
     return (px_H_unit_ * unit.homogeneous()).hnormalized();
+  }
+
+  /// Derivatives of place().
+  [[nodiscard]] Eigen::Matrix2d px_J_cell(const Vector2d& cell) const {
+    const Eigen::Vector3d p = px_H_unit_ * (cell / width_).homogeneous();
+    const Eigen::Matrix<double, 3, 2> J = px_H_unit_.leftCols<2>() / width_;
+    return (J.topRows<2>() - p.hnormalized() * J.row(2)) / p.z();
   }
 
  private:
@@ -158,36 +190,88 @@ double tukey(double residual, double scale) {
 
 /// A robust fit of the displacement to the steps, in cells.
 struct StepFit {
-  Vector8 x = Vector8::Zero();
-  Matrix8 information = Matrix8::Identity();
+  Unknowns x = Unknowns::Zero();
+  Information information = Information::Identity();
   double near = 0;     ///< sum of the weights
   double squares = 0;  ///< weighted sum of squared residuals
+  int unknowns = kFlat;
 };
 
-StepFit reweighted(const Steps& steps, const StepFit& before, double scale) {
+/// Normal equations of the parameters of one axis.
+struct AxisSums {
+  Eigen::Matrix<double, kPerAxis, kPerAxis> information = Eigen::Matrix<double, kPerAxis, kPerAxis>::Zero();
+  Row right = Row::Zero();
+};
+
+Row of_axis(const Unknowns& x, std::size_t axis) {
+  Row own;
+  for (int i = 0; i < kPerAxis; ++i) own[i] = x[kParameters[axis][static_cast<std::size_t>(i)]];
+  return own;
+}
+
+template <int kUsed>
+void add_step(const Step& step, double weight, AxisSums& sums) {
+  const auto row = step.row.head<kUsed>();
+  const Eigen::Matrix<double, kUsed, 1> weighted = weight * row;
+  sums.information.topLeftCorner<kUsed, kUsed>() += weighted * row.transpose();
+  sums.right.head<kUsed>() += step.offset * weighted;
+}
+
+void solve(const std::array<AxisSums, 2>& sums, StepFit& fit) {
+  constexpr double kPrior = 1e-3;
+  constexpr double kBendPrior = 0.05;
+  fit.information.setZero();
+  Unknowns right = Unknowns::Zero();
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    for (int i = 0; i < kPerAxis; ++i) {
+      const int row = kParameters[axis][static_cast<std::size_t>(i)];
+      right[row] += sums[axis].right[i];
+      for (int j = 0; j < kPerAxis; ++j)
+        fit.information(row, kParameters[axis][static_cast<std::size_t>(j)]) += sums[axis].information(i, j);
+    }
+  }
+  fit.information.diagonal().array() += kPrior;
+  fit.x.setZero();
+  if (fit.unknowns == kFlat) {
+    fit.x.head<kFlat>() = fit.information.topLeftCorner<kFlat, kFlat>().ldlt().solve(right.head<kFlat>());
+  } else {
+    fit.information.diagonal().tail<kUnknowns - kFlat>().array() += kBendPrior;
+    fit.x = fit.information.ldlt().solve(right);
+  }
+}
+
+/// `unknowns` is kFlat or kUnknowns.
+StepFit reweighted(const Steps& steps, const StepFit& before, double scale, int unknowns = kFlat) {
   StepFit fit;
-  fit.information *= 1e-3;
-  Vector8 right = Vector8::Zero();
+  fit.unknowns = unknowns;
+  const std::array<Row, 2> x = {of_axis(before.x, 0), of_axis(before.x, 1)};
+  std::array<AxisSums, 2> sums;
   for (std::size_t i = 0; i < steps.count; ++i) {
     const Step& step = steps.all[i];
     if (!step.visible) continue;
-    const double residual = step.offset - step.row.dot(before.x);
+    const auto axis = static_cast<std::size_t>(step.axis);
+    const double residual = step.offset - step.row.dot(x[axis]);
     const double weight = tukey(residual, scale);
-    fit.information += weight * step.row * step.row.transpose();
-    right += weight * step.offset * step.row;
+    if (weight <= 0) continue;
+    if (unknowns == kFlat) {
+      add_step<kFlatPerAxis>(step, weight, sums[axis]);
+    } else {
+      add_step<kPerAxis>(step, weight, sums[axis]);
+    }
     fit.near += weight;
     fit.squares += weight * residual * residual;
   }
-  fit.x = fit.information.ldlt().solve(right);
+  solve(sums, fit);
   return fit;
 }
 
+constexpr double kWide = 0.6;  // cells
+constexpr double kNarrow = 0.25;
+
 /// The given corners are right unless clearly more steps agree on others. Covers and shadows have edges that
 /// some steps are mistaken for.
-StepFit best_fit(const Steps& steps) {
+StepFit best_flat_fit(const Steps& steps) {
   constexpr int kPasses = 4;
-  constexpr double kWide = 0.6;  // cells
-  constexpr double kNarrow = 0.25;
   constexpr double kClearlyMore = 0.05;  // of the steps
   StepFit here;
   StepFit anywhere;
@@ -199,35 +283,101 @@ StepFit best_fit(const Steps& steps) {
   return anywhere.near > here.near + kClearlyMore * static_cast<double>(steps.count) ? anywhere : here;
 }
 
-}  // namespace
+/// Mean of the squared distances [cell^2] of the visible steps, limited to kNarrow.
+double mean_loss(const Steps& steps, const StepFit& fit) {
+  const std::array<Row, 2> x = {of_axis(fit.x, 0), of_axis(fit.x, 1)};
+  double sum = 0;
+  double visible = 0;
+  for (std::size_t i = 0; i < steps.count; ++i) {
+    const Step& step = steps.all[i];
+    if (!step.visible) continue;
+    const double residual = step.offset - step.row.dot(x[static_cast<std::size_t>(step.axis)]);
+    sum += std::min(residual * residual, kNarrow * kNarrow);
+    visible += 1;
+  }
+  return sum / std::max(1.0, visible);
+}
 
-StepPlacement place_by_steps(const ImageView& image, const PrintedTag& print, const Quad& corners_px) {
+enum class Bending : std::uint8_t { Possible, Known };
+
+/// A bent tag if that explains the steps clearly better than a flat one.
+StepFit best_fit(const Steps& steps, Bending bending) {
+  constexpr std::array<double, 7> kScales = {1.2, kWide, kWide, kWide, kNarrow, kNarrow, kNarrow};
+  constexpr double kFlatLoss = 6e-4;  // cells^2
+  constexpr double kClearlyLess = 0.3;
+  const StepFit flat = best_flat_fit(steps);
+  const double loss = mean_loss(steps, flat);
+  if (bending == Bending::Possible && loss < kFlatLoss) return flat;
+  StepFit bent;
+  for (const double scale : kScales) bent = reweighted(steps, bent, scale, kUnknowns);
+  return bending == Bending::Known || mean_loss(steps, bent) < kClearlyLess * loss ? bent : flat;
+}
+
+StepPlacement place_once(const ImageView& image, const PrintedTag& print, const Quad& corners_px,
+                         Bending bending) {
   const CellColors colors(print);
   const StepReader reader(image, corners_px, colors.width());
   Steps steps;
   read_steps(reader, colors, steps);
-  const StepFit fit = best_fit(steps);
+  const StepFit fit = best_fit(steps, bending);
   const double w = colors.width();
   const std::array<Vector2d, 4> unit = {Vector2d(-1, -1), {1, -1}, {1, 1}, {-1, 1}};
   StepPlacement result;
   double worst = 0;
+  Information inverse = Information::Zero();
+  if (fit.unknowns == kFlat) {
+    inverse.topLeftCorner<kFlat, kFlat>() = fit.information.topLeftCorner<kFlat, kFlat>().inverse();
+  } else {
+    inverse = fit.information.inverse();
+  }
+  Eigen::Matrix<double, 8, kUnknowns> M;
   for (std::size_t k = 0; k < 4; ++k) {
-    const Eigen::Matrix<double, 2, 8> rows = displacement(unit[k].x(), unit[k].y());
+    const Eigen::Matrix<double, 2, kUnknowns> rows = displacement(unit[k].x(), unit[k].y());
     const Vector2d cells = (0.5 * w) * (unit[k] + Vector2d(1, 1));
     result.shift_px[k] = reader.place(cells + rows * fit.x) - corners_px[k];
-    worst = std::max(worst, (rows * fit.information.ldlt().solve(rows.transpose())).diagonal().maxCoeff());
+    worst = std::max(worst, (rows * inverse * rows.transpose()).diagonal().maxCoeff());
+    M.middleRows<2>(2 * static_cast<Eigen::Index>(k)) = reader.px_J_cell(cells) * rows;
   }
-  constexpr int kUnknowns = 8;
-  const double sigma_cells = std::sqrt(fit.squares / std::max(1.0, fit.near - kUnknowns) * worst);
+  const double variance = fit.squares / std::max(1.0, fit.near - fit.unknowns);
+  const double sigma_cells = std::sqrt(variance * worst);
+  result.covariance_px2 = variance * M * inverse * M.transpose();
   result.sigma_px = sigma_cells * mean_side_px(corners_px) / w;
   result.share = fit.near / std::max<double>(1, static_cast<double>(steps.count));
+  result.bent = fit.unknowns > kFlat;
   return result;
+}
+
+}  // namespace
+
+StepPlacement place_by_steps(const ImageView& image, const PrintedTag& print, const Quad& corners_px) {
+  const StepPlacement first = place_once(image, print, corners_px, Bending::Possible);
+  if (!first.bent) return first;
+  // The sides of a bent tag are far from straight lines, so many of its steps were out of reach.
+  Quad moved = corners_px;
+  for (std::size_t k = 0; k < 4; ++k) moved[k] += first.shift_px[k];
+  if (!is_convex(moved)) return first;
+  StepPlacement result = place_once(image, print, moved, Bending::Known);
+  for (std::size_t k = 0; k < 4; ++k) result.shift_px[k] += first.shift_px[k];
+  return result;
+}
+
+bool is_convex(const Quad& corners_px) {
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vector2d a = corners_px[(k + 1) % 4] - corners_px[k];
+    const Vector2d b = corners_px[(k + 2) % 4] - corners_px[k];
+    if (!(a.x() * b.y() - a.y() * b.x() > 1)) return false;
+  }
+  return true;
+}
+
+bool enough_steps(const StepPlacement& steps) {
+  constexpr double kLeastShare = 0.4;
+  return steps.share >= kLeastShare;
 }
 
 bool contradicts(const StepPlacement& steps, const CornerCovariance& covariance_px2) {
   constexpr double kSigmas = 3;
-  constexpr double kLeastShare = 0.4;
-  if (!(steps.share >= kLeastShare)) return true;
+  if (!enough_steps(steps)) return true;
   for (std::size_t k = 0; k < 4; ++k) {
     const auto at = 2 * static_cast<Eigen::Index>(k);
     const Eigen::Matrix2d covariance =

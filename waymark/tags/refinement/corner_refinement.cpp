@@ -11,6 +11,7 @@
 #include "waymark/tags/refinement/bit_placement.hpp"
 #include "waymark/tags/refinement/cell_steps.hpp"
 #include "waymark/tags/refinement/inner_bits.hpp"
+#include "waymark/tags/refinement/kept_corners.hpp"
 #include "waymark/tags/refinement/lens_bends.hpp"
 #include "waymark/tags/refinement/tag_fit.hpp"
 
@@ -200,6 +201,32 @@ bool may_place_by_bits(RefinementOutcome outcome) {
          outcome == RefinementOutcome::PoorFit || outcome == RefinementOutcome::MovedTooFar;
 }
 
+/// The corners of a tag that could not be refined, with the state and covariance that the cause and the steps
+/// between cells imply.
+RefinedCorners keep(const ImageView& image, const PrintedTag& print, const Quad& corners_px,
+                    const RefinementOptions& options, const RefinedCorners& failed) {
+  constexpr double kUsualSigmaPx = 0.5;
+  constexpr double kShareOfBent = 0.9;  // of the steps: a bend that explains as many is not a mistake
+  const double variance_px2 = options.unrefined_sigma_px * options.unrefined_sigma_px;
+  RefinedCorners kept;
+  kept.outcome = failed.outcome;
+  kept.corners_px = corners_px;
+  kept.covariance_px2 = variance_px2 * CornerCovariance::Identity();
+  if (kept.outcome == RefinementOutcome::UnusableQuad) return kept;
+  const StepPlacement steps = place_by_steps(image, print, corners_px);
+  const bool is_suspect =
+      failed.state == CornerState::Unreliable || failed.outcome == RefinementOutcome::MovedTooFar;
+  const bool is_explained = steps.bent && steps.share > kShareOfBent;
+  if (is_suspect && !is_explained && contradicts(steps, kept.covariance_px2))
+    kept.state = CornerState::Unreliable;
+  const KeptCorners placed = kept.state == CornerState::Unreliable
+                                 ? contradicted_corners(kept.outcome, print, corners_px, steps)
+                                 : kept_corners(kept.outcome, print, corners_px, steps);
+  kept.corners_px = placed.corners_px;
+  kept.covariance_px2 = variance_px2 / (kUsualSigmaPx * kUsualSigmaPx) * placed.covariance_px2;
+  return kept;
+}
+
 }  // namespace
 
 std::string_view to_string(RefinementOutcome outcome) {
@@ -227,15 +254,12 @@ std::string_view to_string(RefinementOutcome outcome) {
 RefinedCorners refine_corners(const ImageView& image, const TagDetection& detection,
                               const RefinementOptions& options, const CameraModel* camera) {
   RefinedCorners result;
-  double unrefined_sigma_px = options.unrefined_sigma_px;
   bool border_is_uncertain = false;
   const bool known = usable(image, detection);
   const PrintedTag print =
       known ? printed_tag(image, detection.tag, detection.corners_px) : PrintedTag{detection.tag};
   if (known && cut_by_border(image, detection, options.border_px)) {
     result.outcome = RefinementOutcome::CutByBorder;
-    const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
-    unrefined_sigma_px = std::max(unrefined_sigma_px, cell_px);
   } else if (known) {
     result.outcome = fit(image, print, detection.corners_px, options, camera, border_is_uncertain, result);
   }
@@ -247,15 +271,7 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
       return *placed;
   }
   if (result.refined()) return result;
-  RefinedCorners kept;
-  kept.outcome = result.outcome;
-  kept.corners_px = detection.corners_px;
-  kept.covariance_px2 = unrefined_sigma_px * unrefined_sigma_px * CornerCovariance::Identity();
-  const bool is_suspect =
-      result.state == CornerState::Unreliable || result.outcome == RefinementOutcome::MovedTooFar;
-  if (is_suspect && contradicts(place_by_steps(image, print, kept.corners_px), kept.covariance_px2))
-    kept.state = CornerState::Unreliable;
-  return kept;
+  return keep(image, print, detection.corners_px, options, result);
 }
 
 }  // namespace waymark

@@ -54,11 +54,13 @@ struct RefinementOptions {
                                        "[1/px]; 0 for rectified images.",
                                        0, 0.01});
     visit(self.unrefined_sigma_px,
-          Field{"unrefined_sigma_px", "Standard deviation [px] of corners that could not be refined.", 0.01,
-                10});
+          Field{"unrefined_sigma_px",
+                "Typical standard deviation [px] of corners that could not be refined; scales that of every "
+                "cause.",
+                0.01, 10});
     visit(self.border_px, Field{"border_px",
                                 "Distance of a corner to the border of the image [px] below which the tag "
-                                "may be cut: its corners then get the uncertainty of one cell of the tag.",
+                                "may be cut: its corners are then placed by the cells inside.",
                                 0, 100});
   }
 };
@@ -69,7 +71,7 @@ enum class RefinementOutcome : std::uint8_t {
   UnusableQuad,   ///< the corners are not finite, convex, clockwise and inside the image, or the family does
                   ///< not have this id
   TooSmall,       ///< the cells are smaller than min_cell_px
-  CutByBorder,    ///< a corner is at or beyond the image border: the true corner may be a cell farther out
+  CutByBorder,    ///< a corner is at or beyond the image border, so part of the tag may be missing
   TooLittleSeen,  ///< too few pixels of an edge are visible
   LowContrast,    ///< there is no step between the border and its surroundings
   PoorFit,  ///< the residual exceeds max_residual, the fit did not converge, or the variance is larger than
@@ -80,9 +82,9 @@ enum class RefinementOutcome : std::uint8_t {
 /// Name of an outcome: "refined", "too_small", …
 [[nodiscard]] std::string_view to_string(RefinementOutcome outcome);
 
-/// Corners with their covariance. Always usable: if the fit failed, these are the input corners with the
-/// covariance given by unrefined_sigma_px. If the image border cuts off a tag, all four corners have a
-/// standard deviation of one cell, because that much of the black border may be missing.
+/// Corners with their covariance. Always usable: if the fit failed, these are the input corners, moved to the
+/// steps between the cells of the tag where those are visible, with the covariance that the cause implies
+/// (kept_corners.hpp).
 struct RefinedCorners {
   RefinementOutcome outcome = RefinementOutcome::UnusableQuad;
   std::array<Eigen::Vector2d, 4> corners_px{};                 ///< TL, TR, BR, BL; pixel centres are at +1/2
