@@ -78,7 +78,7 @@ BySize errors_of(double k1, double k2) {
     const PhotographScene scene = dozen(random);
     const Photograph photo =
         photograph(camera, scene, {.blur_sigma_px = 0.7, .read_noise_dn = 2}, random).value();
-    const FoundTags found = find_tags(photo.image, finder, nullptr).value();
+    const FoundTags found = find_tags(photo.image, finder, ImageLens::unknown()).value();
     for (const TagTruth& truth : photo.tags) {
       if (!is_inside(truth)) continue;
       Errors& of_size = truth.size_px < 140 ? errors.small : errors.large;
