@@ -65,6 +65,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   auto poses = args.poses.make(families_of(*finder));
   if (!poses) return fail_usage(poses.error(), console);
   if (*poses) console.warn((*poses)->sizes.warnings());
+  if (*poses) console.note(calibration_note(**poses));
   const auto live = is_camera_input(args.job.sources, given_on(app));
   if (!live) return fail_usage(live.error(), console);
   if (*live)
