@@ -112,7 +112,8 @@ bool add_lens(const Problem& problem, const Refined& refined, const Matrix6& inv
   const CornerCovariance rest = CornerCovariance::Identity() - J.lazyProduct(gain);
   const CornerCovariance S =
       CornerCovariance::Identity() + rest.lazyProduct(*C).eval().lazyProduct(rest.transpose());
-  candidate.chi2_with_lens = std::min(candidate.chi2_with_lens, e.dot(S.llt().solve(e)));
+  const double explained = e.dot(e - S.llt().solve(e));
+  if (explained > 0) candidate.chi2_with_lens = std::max(0.0, candidate.chi2_with_lens - explained);
   return true;
 }
 
