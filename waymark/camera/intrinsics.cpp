@@ -101,8 +101,8 @@ bool is_covariance(const IntrinsicsCovariance& covariance) {
     }
   }
   if ((correlations - correlations.transpose()).cwiseAbs().maxCoeff() > kRounding) return false;
-  const Eigen::LDLT<IntrinsicsCovariance> factor(correlations);
-  return factor.info() == Eigen::Success && factor.vectorD().minCoeff() >= -kRounding;
+  correlations.diagonal().array() += kRounding;
+  return Eigen::LLT<IntrinsicsCovariance>(correlations).info() == Eigen::Success;
 }
 
 std::optional<IntrinsicsJacobian> intrinsics_jacobian(const CameraModel& camera,
