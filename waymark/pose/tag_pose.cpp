@@ -89,7 +89,7 @@ struct Candidate {
   double chi2_with_lens = 0;
 };
 
-/// Adds the uncertainty of the lens, equations (24) and (25). `inverse` is the covariance from the corners at
+/// Adds the uncertainty of the lens, equation (24). `inverse` is the covariance from the corners at
 /// the pivot.
 bool add_lens(const Problem& problem, const Refined& refined, const Matrix6& inverse, Candidate& candidate) {
   const SE3& cam_T_tag = refined.cam_T_ref;

@@ -120,6 +120,9 @@ With --camera and --tag-size-m, corners are refined with the lens model of the c
 camera frame (x right, y down, z forward) is printed with standard deviations. For a tag viewed almost frontally, two
 poses fit almost equally well. Both are printed, the better one first, with the ratio of their errors (ambiguous if near
 1).
+
+If the camera file is a calibration.yaml, the standard deviations include the uncertainty of the calibration. A camera
+file without standard deviations (ROS camera_info, kalibr, PhotonVision, OpenCV) is taken as exact.
 )",
       .prepare = prepared(detect),
       .report = report_of<ImageLine>};
