@@ -13,6 +13,7 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/camera/intrinsics.hpp"
 #include "waymark/config/exchange/camera_file.hpp"
+#include "waymark/config/yaml/calibration_file.hpp"
 
 namespace waymark::python {
 namespace {
@@ -159,6 +160,18 @@ void bind_camera(py::module_& m) {
       py::arg("path"), py::arg("name") = "",
       "Reads a camera from a file: ROS camera_info, kalibr camchain, robot.yaml, calibration.yaml, "
       "PhotonVision. If the file contains several cameras, pass the `name` of one.");
+  m.def(
+      "read_intrinsics_covariance",
+      [](const std::filesystem::path& path) -> py::object {
+        const Calibration calibration = value_of(read_calibration(path));
+        const auto covariance = calibration.camera ? intrinsics_covariance(*calibration.camera, calibration)
+                                                   : IntrinsicsCovariance();
+        if (covariance.size() == 0) return py::none();
+        return to_array(covariance);
+      },
+      py::arg("path"),
+      "Covariance (n, n) of CameraModel.intrinsics from a calibration.yaml; None if the file contains no "
+      "standard deviations of them.");
   m.def(
       "parse_camera",
       [](const std::string& text, const std::string& source) {

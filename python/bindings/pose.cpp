@@ -10,6 +10,7 @@
 #include "python/bindings/packed.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/states.hpp"
+#include "waymark/camera/intrinsics.hpp"
 #include "waymark/pose/multi_tag_pose.hpp"
 #include "waymark/pose/square_pose.hpp"
 #include "waymark/pose/tag_pose.hpp"
@@ -19,7 +20,15 @@ namespace {
 
 TagPose one_tag(const TagDetection& detection, double size_m, const CameraModel& camera,
                 const py::kwargs& given) {
-  return value_of(estimate_tag_pose(detection, size_m, camera, options_of<TagPoseOptions>(given)));
+  py::dict options_given(given);
+  const py::object covariance = take(options_given, "intrinsics_covariance");
+  auto options = options_of<TagPoseOptions>(options_given);
+  if (!covariance.is_none()) {
+    const Eigen::Index n = intrinsics_of(camera).size();
+    const Doubles numbers = doubles(covariance, "intrinsics_covariance", {n, n});
+    options.intrinsics_covariance = Eigen::Map<const Eigen::MatrixXd>(numbers.data(), n, n);
+  }
+  return value_of(estimate_tag_pose(detection, size_m, camera, options));
 }
 
 MultiTagPose camera_pose(const std::vector<TagDetection>& detections, const TagMap& map,
@@ -58,6 +67,9 @@ void bind_results(py::module_& m) {
   solution.def_property_readonly(
       "covariance", [](const TagPoseSolution& s) { return to_array(s.covariance); },
       "(6, 6) in the camera frame's left tangent (translation, rotation) [m, rad]; contains sigma_scale.");
+  solution.def_property_readonly(
+      "lens_covariance", [](const TagPoseSolution& s) { return to_array(s.lens_covariance); },
+      "(6, 6) the part of `covariance` from intrinsics_covariance; zero if the camera is taken as exact.");
   solution.def_readonly("sigma_scale", &TagPoseSolution::sigma_scale,
                         "Factor on the standard deviations, above 1 if chi2 is too large for chance.");
   def_state(solution);
@@ -109,7 +121,9 @@ void bind_pose(py::module_& m) {
   m.def("estimate_tag_pose", &one_tag, py::arg("detection"), py::arg("size_m"), py::arg("camera"),
         ("Both poses of one tag. size_m: side of the square at the outer edge of the black border. Options "
          "by keyword:\n\n" +
-         options_help<TagPoseOptions>())
+         options_help<TagPoseOptions>() +
+         "  intrinsics_covariance: covariance (n, n) of CameraModel.intrinsics, see "
+         "read_intrinsics_covariance(); None: the camera is exact.\n")
             .c_str());
   m.def("estimate_camera_pose", &camera_pose, py::arg("detections"), py::arg("map"), py::arg("camera"),
         ("The camera pose in the map, from all tags in one image. Options by keyword:\n\n" +

@@ -75,12 +75,16 @@ void from_state(const py::tuple& state, Route& route) {
 
 py::tuple state_of(const TagPoseSolution& solution) {
   return py::make_tuple(solution.cam_T_tag, solution.chi2, solution.rms_px, to_array(solution.covariance),
-                        solution.sigma_scale);
+                        solution.sigma_scale, to_array(solution.lens_covariance));
 }
 
 void from_state(const py::tuple& state, TagPoseSolution& solution) {
-  solution = {py::cast<SE3>(state[0]), py::cast<double>(state[1]), py::cast<double>(state[2]),
-              matrix_of<6, 6>(state[3], "covariance"), py::cast<double>(state[4])};
+  solution = {.cam_T_tag = py::cast<SE3>(state[0]),
+              .chi2 = py::cast<double>(state[1]),
+              .rms_px = py::cast<double>(state[2]),
+              .covariance = matrix_of<6, 6>(state[3], "covariance"),
+              .lens_covariance = matrix_of<6, 6>(state[5], "lens_covariance"),
+              .sigma_scale = py::cast<double>(state[4])};
 }
 
 py::tuple state_of(const TagPose& pose) {

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <variant>
 
+#include <Eigen/Cholesky>
+
 namespace waymark {
 namespace {
 
@@ -84,6 +86,23 @@ Result<CameraModel> with_intrinsics(const CameraModel& camera, const Eigen::Vect
       },
       projection);
   return CameraModel::make(projection, camera.width_px(), camera.height_px());
+}
+
+bool is_covariance(const IntrinsicsCovariance& covariance) {
+  constexpr double kRounding = 1e-9;  // of a correlation
+  const Eigen::Index n = covariance.rows();
+  if (n == 0 || covariance.cols() != n || !covariance.allFinite() || covariance.diagonal().minCoeff() < 0)
+    return false;
+  IntrinsicsCovariance correlations = covariance;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const double scale = std::sqrt(covariance(i, i)) * std::sqrt(covariance(j, j));
+      if (scale > 0) correlations(i, j) /= scale;
+    }
+  }
+  if ((correlations - correlations.transpose()).cwiseAbs().maxCoeff() > kRounding) return false;
+  correlations.diagonal().array() += kRounding;
+  return Eigen::LLT<IntrinsicsCovariance>(correlations).info() == Eigen::Success;
 }
 
 std::optional<IntrinsicsJacobian> intrinsics_jacobian(const CameraModel& camera,

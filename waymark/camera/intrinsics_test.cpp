@@ -65,6 +65,29 @@ TEST(Intrinsics, OnTheAxisOnlyThePrincipalPointMatters) {
   }
 }
 
+TEST(Intrinsics, ACovarianceIsSymmetricAndPositiveSemidefinite) {
+  const Eigen::Vector3d sigma(1e-3, 10, 2);
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  R(0, 1) = R(1, 0) = 1;  // singular, but valid
+  const auto covariance = [&] { return IntrinsicsCovariance(sigma.asDiagonal() * R * sigma.asDiagonal()); };
+  EXPECT_TRUE(is_covariance(covariance()));
+  EXPECT_TRUE(is_covariance(IntrinsicsCovariance::Zero(4, 4)));
+  R(1, 2) = R(2, 1) = 0.1;
+  EXPECT_FALSE(is_covariance(covariance())) << "inconsistent with the correlation of 1";
+  R(0, 2) = 0.1;
+  EXPECT_FALSE(is_covariance(covariance())) << "asymmetric";
+  R(2, 0) = 0.1;
+  EXPECT_TRUE(is_covariance(covariance()));
+  EXPECT_FALSE(is_covariance(IntrinsicsCovariance()));
+  EXPECT_FALSE(is_covariance(covariance().topRows(2)));
+  EXPECT_FALSE(is_covariance(-covariance()));
+  IntrinsicsCovariance without_variance = IntrinsicsCovariance::Zero(2, 2);
+  without_variance(1, 1) = 1;
+  EXPECT_TRUE(is_covariance(without_variance));
+  without_variance(0, 1) = without_variance(1, 0) = 0.1;
+  EXPECT_FALSE(is_covariance(without_variance));
+}
+
 TEST(Intrinsics, RejectsInvalidParameters) {
   for (const CameraModel& camera : cameras()) {
     EXPECT_FALSE(intrinsics_jacobian(camera, {0, 0, -1}) && camera.max_angle_rad() < 1.6);

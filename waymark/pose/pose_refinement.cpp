@@ -39,6 +39,17 @@ void Whitening::apply(Vector8& e) const {
   }
 }
 
+void Whitening::apply_to_covariance(CornerCovariance& C) const {
+  if (isotropic()) {
+    C *= inverse_sigma_ * inverse_sigma_;
+    return;
+  }
+  factor_.triangularView<Eigen::Lower>().solveInPlace(C);
+  CornerCovariance transposed = C.transpose();
+  factor_.triangularView<Eigen::Lower>().solveInPlace(transposed);
+  C = transposed;
+}
+
 double Whitening::worst_corner_chi2(const Vector8& e) const {
   double worst = 0;
   for (int i = 0; i < 8; i += 2) {
@@ -76,6 +87,20 @@ bool corner_residuals(const CameraModel& camera, const Corners3& cam_corners,
     }
   }
   return true;
+}
+
+std::optional<CornerCovariance> lens_residual_covariance(const CameraModel& camera,
+                                                         const Corners3& cam_corners,
+                                                         const IntrinsicsCovariance& intrinsics_covariance) {
+  Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, kMaxIntrinsics> J(
+      8, intrinsics_covariance.rows());
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto J_px = intrinsics_jacobian(camera, cam_corners[i]);
+    if (!J_px) return std::nullopt;
+    J.middleRows<2>(static_cast<Eigen::Index>(2 * i)) = *J_px;
+  }
+  const CornerCovariance C = J.lazyProduct(intrinsics_covariance).eval().lazyProduct(J.transpose());
+  return (C + C.transpose()) / 2;
 }
 
 namespace {

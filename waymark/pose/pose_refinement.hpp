@@ -8,6 +8,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/camera/intrinsics.hpp"
 #include "waymark/geometry/se3.hpp"
 #include "waymark/samples/tag_detection.hpp"
 
@@ -89,6 +90,8 @@ class Whitening {
 
   void apply(Vector8& e, Matrix86& J) const;
   void apply(Vector8& e) const;
+  /// Whitens the covariance of a residual: L^-1 C L^-T.
+  void apply_to_covariance(CornerCovariance& C) const;
   /// Largest squared Mahalanobis distance of a single corner, with 2 degrees of freedom; `e` is the residual
   /// before whitening.
   [[nodiscard]] double worst_corner_chi2(const Vector8& e) const;
@@ -121,6 +124,12 @@ struct NormalEquations {
 /// field of the lens.
 bool corner_residuals(const CameraModel& camera, const Corners3& cam_corners,
                       const Eigen::Vector3d& cam_pivot, const Corners2& measured_px, Vector8& e, Matrix86& J);
+
+/// J C J^T for the derivatives J of the residuals of four corners with respect to the camera parameters (see
+/// intrinsics_of()) and their covariance C [px^2]. `nullopt` if a corner does not project.
+std::optional<CornerCovariance> lens_residual_covariance(const CameraModel& camera,
+                                                         const Corners3& cam_corners,
+                                                         const IntrinsicsCovariance& intrinsics_covariance);
 
 /// Applies exp(xi) to cam_T_ref in the frame that has the camera's axes and its origin at cam_pivot.
 [[nodiscard]] inline SE3 perturbed(const Vector6& xi, const SE3& cam_T_ref,

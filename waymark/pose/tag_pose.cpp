@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include <Eigen/Cholesky>
+
 #include "waymark/pose/pose_refinement.hpp"
 #include "waymark/pose/square_pose.hpp"
 
@@ -37,6 +39,7 @@ void scale_covariance(double variance, TagPoseSolution& solution) {
   if (variance == 1) return;
   solution.sigma_scale = std::sqrt(variance);
   solution.covariance *= variance;
+  solution.lens_covariance *= variance;
 }
 
 /// The inputs to one refinement.
@@ -45,6 +48,7 @@ struct Problem {
   const TagDetection& detection;
   Corners3 tag_corners;
   Whitening whitening;
+  const IntrinsicsCovariance& intrinsics_covariance;
 };
 
 Corners3 corners_in_camera(const SE3& cam_T_tag, const Corners3& tag_corners) {
@@ -79,14 +83,53 @@ double rms_px(const Problem& problem, const SE3& cam_T_tag) {
   return std::sqrt(squared / 4);
 }
 
-std::optional<TagPoseSolution> solution_of(const Problem& problem, const Refined& refined) {
+/// A solution and its chi2 if the covariance of the corners' residuals includes the uncertainty of the lens.
+struct Candidate {
+  TagPoseSolution solution{};
+  double chi2_with_lens = 0;
+};
+
+/// Adds the uncertainty of the lens, equation (24). `inverse` is the covariance from the corners at
+/// the pivot.
+bool add_lens(const Problem& problem, const Refined& refined, const Matrix6& inverse, Candidate& candidate) {
+  const SE3& cam_T_tag = refined.cam_T_ref;
+  const Corners3 cam_corners = corners_in_camera(cam_T_tag, problem.tag_corners);
+  Vector8 e;
+  Matrix86 J;
+  auto C = internal::lens_residual_covariance(problem.camera, cam_corners, problem.intrinsics_covariance);
+  if (!C || !internal::corner_residuals(problem.camera, cam_corners, cam_T_tag.translation(),
+                                        problem.detection.corners_px, e, J))
+    return false;
+  problem.whitening.apply(e, J);
+  problem.whitening.apply_to_covariance(*C);
+  const Eigen::Matrix<double, 6, 8> gain = inverse.lazyProduct(J.transpose());
+  const Matrix6 Ad = internal::shift_adjoint(cam_T_tag.translation());
+  const Eigen::Matrix<double, 6, 8> shifted = Ad.lazyProduct(gain);
+  const Matrix6 lens = shifted.lazyProduct(*C).eval().lazyProduct(shifted.transpose());
+  candidate.solution.lens_covariance = (lens + lens.transpose()) / 2;
+  candidate.solution.covariance += candidate.solution.lens_covariance;
+  // The pose absorbs the part of a lens error that looks like a change of pose.
+  const CornerCovariance rest = CornerCovariance::Identity() - J.lazyProduct(gain);
+  const CornerCovariance S =
+      CornerCovariance::Identity() + rest.lazyProduct(*C).eval().lazyProduct(rest.transpose());
+  const double explained = e.dot(e - S.llt().solve(e));
+  if (explained > 0) candidate.chi2_with_lens = std::max(0.0, candidate.chi2_with_lens - explained);
+  return true;
+}
+
+std::optional<Candidate> candidate_of(const Problem& problem, const Refined& refined) {
   const std::optional<internal::Cholesky6> information = internal::Cholesky6::of(refined.normal.H);
   if (!information) return std::nullopt;
   const Matrix6 Ad = internal::shift_adjoint(refined.cam_T_ref.translation());
-  return TagPoseSolution{.cam_T_tag = refined.cam_T_ref,
-                         .chi2 = refined.normal.chi2,
-                         .rms_px = rms_px(problem, refined.cam_T_ref),
-                         .covariance = Ad.lazyProduct(information->inverse()).lazyProduct(Ad.transpose())};
+  const Matrix6 inverse = information->inverse();
+  Candidate candidate{.solution = {.cam_T_tag = refined.cam_T_ref,
+                                   .chi2 = refined.normal.chi2,
+                                   .rms_px = rms_px(problem, refined.cam_T_ref),
+                                   .covariance = Ad.lazyProduct(inverse).lazyProduct(Ad.transpose())},
+                      .chi2_with_lens = refined.normal.chi2};
+  if (problem.intrinsics_covariance.size() > 0 && !add_lens(problem, refined, inverse, candidate))
+    return std::nullopt;
+  return candidate;
 }
 
 /// Distance from a to b in standard deviations of a, about the centre of the tag.
@@ -99,32 +142,45 @@ double sigmas_apart(const Refined& a, const Refined& b) {
 
 Result<TagPose> solve(const Problem& problem, const std::array<SE3, 2>& starts, int max_iterations) {
   std::array<std::optional<Refined>, 2> refined;
-  std::array<std::optional<TagPoseSolution>, 2> solutions;
+  std::array<std::optional<Candidate>, 2> found;
   for (std::size_t i = 0; i < 2; ++i) {
     refined[i] = refine_solution(problem, starts[i], max_iterations);
-    if (refined[i]) solutions[i] = solution_of(problem, *refined[i]);
+    if (refined[i]) found[i] = candidate_of(problem, *refined[i]);
   }
-  const std::size_t best = solutions[1] && (!solutions[0] || solutions[1]->chi2 < solutions[0]->chi2) ? 1 : 0;
-  if (!solutions[best]) {
+  const std::size_t best =
+      found[1] && (!found[0] || found[1]->solution.chi2 < found[0]->solution.chi2) ? 1 : 0;
+  if (!found[best]) {
     return fail(ErrorCode::InvalidArgument, "no pose in front of the camera fits the corners of the tag",
                 {.key = to_string(problem.detection.tag)},
                 "Check the corners and their order, and the camera calibration.");
   }
-  TagPose pose{.best = *solutions[best]};
+  TagPose pose{.best = found[best]->solution};
   const std::size_t other = 1 - best;
   if (!refined[other]) {
     pose.other_state = OtherSolution::NotVisible;
-  } else if (!solutions[other] || !refined[other]->converged) {
+  } else if (!found[other] || !refined[other]->converged) {
     pose.other_state = OtherSolution::NotConverged;
   } else if (sigmas_apart(*refined[best], *refined[other]) < kSameMinimumSigmas) {
     pose.other_state = OtherSolution::SameMinimum;
   } else {
-    pose.other = solutions[other];
+    pose.other = found[other]->solution;
   }
-  const double variance = variance_scale(pose.best.chi2);
+  const double variance = variance_scale(found[best]->chi2_with_lens);
   scale_covariance(variance, pose.best);
   if (pose.other) scale_covariance(variance, *pose.other);
   return pose;
+}
+
+Status check_lens(const CameraModel& camera, const IntrinsicsCovariance& C) {
+  if (C.size() == 0) return {};
+  const auto on_axis = intrinsics_jacobian(camera, Eigen::Vector3d::UnitZ());
+  const bool fits = on_axis && C.rows() == on_axis->cols();
+  if (fits && is_covariance(C)) return {};
+  return fail(
+      ErrorCode::InvalidArgument,
+      fits ? "the covariance of the camera parameters is not finite, symmetric and positive semidefinite"
+           : "the covariance of the camera parameters has another size than these parameters",
+      {.key = "intrinsics_covariance"}, "Pass the covariance of fx, fy, cx, cy, k1, … in this order.");
 }
 
 }  // namespace
@@ -139,11 +195,14 @@ double TagPose::likelihood_ratio() const { return other ? std::exp((best.chi2 - 
 Result<TagPose> estimate_tag_pose(const TagDetection& detection, double size_m, const CameraModel& camera,
                                   const TagPoseOptions& options) {
   if (const Status status = check_ranges(options); !status) return tl::unexpected<Error>(status.error());
+  if (const Status lens = check_lens(camera, options.intrinsics_covariance); !lens)
+    return tl::unexpected<Error>(lens.error());
   const auto starts = internal::starting_poses(detection, size_m, camera);
   if (!starts) return tl::unexpected<Error>(starts.error());
   const auto whitening = internal::whitening_of(detection, options.corner_sigma_px);
   if (!whitening) return tl::unexpected<Error>(whitening.error());
-  return solve({camera, detection, square_corners(size_m), *whitening}, *starts, options.max_iterations);
+  return solve({camera, detection, square_corners(size_m), *whitening, options.intrinsics_covariance},
+               *starts, options.max_iterations);
 }
 
 Result<TagPose> estimate_tag_pose(const TagDetection& detection, const TagSizes& sizes,

@@ -8,6 +8,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/camera/intrinsics.hpp"
 #include "waymark/geometry/se3.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/samples/tag_detection.hpp"
@@ -23,6 +24,9 @@ struct TagPoseOptions {
   /// takes precedence). Options with the same name elsewhere document how they differ.
   double corner_sigma_px = 0.2;
   int max_iterations = 30;
+  /// Covariance of the camera parameters (intrinsics_of()), as estimated by their calibration. If it is
+  /// empty, the camera is taken as exact. It changes the covariance of the pose, not the pose. Not a field.
+  IntrinsicsCovariance intrinsics_covariance{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -44,13 +48,16 @@ struct TagPoseSolution {
   double chi2 =
       0;  ///< squared residuals over their variance: 8 coordinates, 6 unknowns and thus 2 degrees of freedom
   double rms_px = 0;  ///< root mean square distance between the four corners and their projections [px]
-  /// Inverse of the Fisher information that the corners provide about cam_T_tag, in the left tangent of the
-  /// camera frame, times the square of sigma_scale. It is of first order and does not account for the other
-  /// solution.
+  /// Inverse of the Fisher information that the corners provide about cam_T_tag, plus lens_covariance, in the
+  /// left tangent of the camera frame. Contains the square of sigma_scale. It is of first order and does not
+  /// account for the other solution.
   PoseCovariance covariance = PoseCovariance::Zero();
+  /// The part of `covariance` that TagPoseOptions::intrinsics_covariance causes. An error of the lens is the
+  /// same in all images of the camera, so averaging over images does not reduce this part.
+  PoseCovariance lens_covariance = PoseCovariance::Zero();
   /// Factor on the standard deviations, at least 1: above 1 if the corners do not fit any square as well as
-  /// their covariance states (wrong lens, wrong corners). Derived from the smaller chi2 of the two solutions
-  /// and the same for both; chi2 is not scaled.
+  /// their covariance and that of the lens state (wrong lens, wrong corners). Derived from the smaller chi2
+  /// of the two solutions and the same for both; chi2 is not scaled.
   double sigma_scale = 1;
 };
 
@@ -86,8 +93,9 @@ struct TagPose {
 /// white border.
 ///
 /// Fails if the size is not positive and finite, the covariance is not positive definite, or an option is out
-/// of range. Also fails if the corners are unreliable, not finite, repeated, collinear, not in the order TL,
-/// TR, BR, BL, or outside the domain of the lens. Never returns NaN.
+/// of range. Fails if intrinsics_covariance is not finite, is not a covariance, or has another size than the
+/// parameters of the camera. Also fails if the corners are unreliable, not finite, repeated, collinear, not
+/// in the order TL, TR, BR, BL, or outside the domain of the lens. Never returns NaN.
 [[nodiscard]] Result<TagPose> estimate_tag_pose(const TagDetection& detection, double size_m,
                                                 const CameraModel& camera,
                                                 const TagPoseOptions& options = {});

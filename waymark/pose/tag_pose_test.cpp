@@ -131,6 +131,105 @@ TEST(TagPose, TheCovarianceIsTheInverseFisherInformation) {
   }
 }
 
+/// A covariance of the parameters of any camera, with strong correlations.
+IntrinsicsCovariance some_lens_covariance(const CameraModel& camera, Random& random) {
+  const Eigen::VectorXd parameters = intrinsics_of(camera);
+  Eigen::MatrixXd L(parameters.size(), parameters.size());
+  for (double& entry : L.reshaped()) entry = random.normal();
+  const Eigen::VectorXd sigma = 1e-4 * (parameters.array().abs() + 0.1).matrix();
+  return sigma.asDiagonal() * L * L.transpose() * sigma.asDiagonal();
+}
+
+TagPoseOptions with_lens(const IntrinsicsCovariance& covariance) {
+  TagPoseOptions options;
+  options.intrinsics_covariance = covariance;
+  return options;
+}
+
+TEST(TagPose, AnExactLensChangesNothing) {
+  Random random(14);
+  for (const CameraModel& camera : {testing::distorting_camera(), testing::fisheye_camera()}) {
+    const Eigen::Index n = intrinsics_of(camera).size();
+    for (int trial = 0; trial < 50; ++trial) {
+      TagDetection seen = with_noise(see_tag(camera, testing::random_view(random)).value(), 0.3, random);
+      if (trial % 2 == 1) seen.corner_covariance_px2 = some_covariance(random);
+      const TagPose plain = estimate_tag_pose(seen, kTagSize, camera).value();
+      const TagPose exact =
+          estimate_tag_pose(seen, kTagSize, camera, with_lens(IntrinsicsCovariance::Zero(n, n))).value();
+      EXPECT_EQ(plain.best.cam_T_tag.matrix(), exact.best.cam_T_tag.matrix());
+      EXPECT_EQ(plain.best.covariance, exact.best.covariance);
+      EXPECT_EQ(plain.best.chi2, exact.best.chi2);
+      EXPECT_EQ(plain.best.sigma_scale, exact.best.sigma_scale);
+      EXPECT_EQ(exact.best.lens_covariance, PoseCovariance::Zero());
+      EXPECT_EQ(plain.other.has_value(), exact.other.has_value());
+    }
+  }
+}
+
+/// The oracle estimates the pose again for each parameter of the camera, slightly changed.
+TEST(TagPose, TheLensCovarianceIsThatOfPosesFromOtherLenses) {
+  Random random(15);
+  for (const CameraModel& camera : {testing::distorting_camera(), testing::fisheye_camera()}) {
+    const Eigen::VectorXd parameters = intrinsics_of(camera);
+    for (int trial = 0; trial < 20; ++trial) {
+      TagDetection seen = see_tag(camera, testing::random_view(random, {.min_tilt_deg = 15})).value();
+      seen.corner_covariance_px2 = some_covariance(random);
+      const IntrinsicsCovariance lens = some_lens_covariance(camera, random);
+      const TagPose pose = estimate_tag_pose(seen, kTagSize, camera, with_lens(lens)).value();
+      const auto away = [&](const Eigen::VectorXd& changed) -> Vector6 {
+        const CameraModel other = with_intrinsics(camera, changed).value();
+        return minus(estimate_tag_pose(seen, kTagSize, other).value().best.cam_T_tag, pose.best.cam_T_tag);
+      };
+      Eigen::MatrixXd G(6, parameters.size());
+      for (Eigen::Index i = 0; i < parameters.size(); ++i) {
+        const double h = 1e-6 * std::max(1.0, std::abs(parameters[i]));
+        const Eigen::VectorXd step = h * Eigen::VectorXd::Unit(parameters.size(), i);
+        G.col(i) = (away(parameters + step) - away(parameters - step)) / (2 * h);
+      }
+      const PoseCovariance expected = G * lens * G.transpose();
+      EXPECT_THAT(pose.best.lens_covariance, MatrixNear(expected, 2e-3 * expected.norm()));
+      const TagPose exact = estimate_tag_pose(seen, kTagSize, camera).value();
+      EXPECT_THAT(pose.best.covariance, MatrixNear(exact.best.covariance + pose.best.lens_covariance, 1e-15));
+    }
+  }
+}
+
+TEST(TagPose, TheLensCovarianceScalesThatOfThePose) {
+  Random random(16);
+  const CameraModel camera = testing::distorting_camera();
+  const TagDetection seen = with_noise(see_tag(camera, testing::random_view(random)).value(), 0.1, random);
+  const IntrinsicsCovariance lens = some_lens_covariance(camera, random);
+  const TagPose one = estimate_tag_pose(seen, kTagSize, camera, with_lens(lens)).value();
+  const TagPose nine = estimate_tag_pose(seen, kTagSize, camera, with_lens(9 * lens)).value();
+  EXPECT_EQ(one.best.cam_T_tag.matrix(), nine.best.cam_T_tag.matrix());
+  EXPECT_THAT(nine.best.lens_covariance,
+              MatrixNear(9 * one.best.lens_covariance, 1e-9 * nine.best.lens_covariance.norm()));
+  EXPECT_GT(one.best.lens_covariance.norm(), 0);
+}
+
+TEST(TagPose, AnInvalidLensCovarianceIsRejected) {
+  Random random(17);
+  const CameraModel camera = testing::distorting_camera();
+  const TagDetection seen = see_tag(camera, testing::random_view(random)).value();
+  const IntrinsicsCovariance valid = some_lens_covariance(camera, random);
+  const Eigen::Index n = valid.rows();
+  IntrinsicsCovariance asymmetric = valid;
+  asymmetric(0, 1) += std::sqrt(valid(0, 0) * valid(1, 1));
+  IntrinsicsCovariance indefinite = valid;
+  indefinite(0, 1) = indefinite(1, 0) = 1.1 * std::sqrt(valid(0, 0) * valid(1, 1));
+  IntrinsicsCovariance not_finite = valid;
+  not_finite(2, 2) = std::numeric_limits<double>::quiet_NaN();
+  for (const IntrinsicsCovariance& wrong :
+       {IntrinsicsCovariance(valid.topLeftCorner(n - 1, n - 1)), IntrinsicsCovariance(valid.topRows(n - 1)),
+        asymmetric, indefinite, not_finite, IntrinsicsCovariance(-valid)}) {
+    const auto pose = estimate_tag_pose(seen, kTagSize, camera, with_lens(wrong));
+    ASSERT_FALSE(pose);
+    EXPECT_EQ(pose.error().code, ErrorCode::InvalidArgument);
+    EXPECT_EQ(pose.error().place.key, "intrinsics_covariance");
+  }
+  EXPECT_TRUE(estimate_tag_pose(seen, kTagSize, camera, with_lens(valid)));
+}
+
 TEST(TagPose, NoiseScalesTheCovarianceButNotThePose) {
   Random random(5);
   const CameraModel camera = testing::plain_camera();

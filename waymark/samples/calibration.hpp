@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "waymark/camera/camera_model.hpp"
 
 namespace waymark {
@@ -44,6 +46,9 @@ struct Calibration {
   /// - Scales: "sight_scale": true distance of a tag = scale * measured distance; "focal_scale": factor by
   ///   which the focal length of `camera` was multiplied (already applied).
   std::map<std::string, CalibratedValue> values{};
+  /// Correlations of the parameters of `camera`, in the order of intrinsics_of(), with ones on the diagonal;
+  /// empty if unknown. Their standard deviations are in `values`.
+  Eigen::MatrixXd camera_correlations{};
   /// Origin of the values, as keys and text in file order.
   std::vector<std::pair<std::string, std::string>> provenance{};
 

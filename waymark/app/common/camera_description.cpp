@@ -23,12 +23,17 @@ struct ReportedSolution {
 ReportFields fields(const ReportedSolution& reported) {
   const TagPoseSolution& solution = reported.solution;
   const PoseDeviations sigma = standard_deviations(solution.cam_T_tag, solution.covariance);
+  const PoseDeviations lens = standard_deviations(solution.cam_T_tag, solution.lens_covariance);
   const auto q = solution.cam_T_tag.rotation().quaternion();
   return {{"cam_t_tag_m", "x, y, z of the tag in the camera (x right, y down, z forward)",
            numbers_of(solution.cam_T_tag.translation())},
           {"cam_q_tag_xyzw", "Rotation of the tag in the camera", std::array{q.x(), q.y(), q.z(), q.w()}},
           {"sigma_t_m", "Standard deviation of x, y, z", numbers_of(sigma.position_m)},
           {"sigma_r_rad", "Standard deviation of the rotation about x, y, z", numbers_of(sigma.rotation_rad)},
+          {"sigma_t_lens_m",
+           "The part of sigma_t_m from the uncertainty of the camera calibration, which is the same in all "
+           "images; 0 if the camera file contains no standard deviations",
+           numbers_of(lens.position_m)},
           {"rms_px", "Root mean square reprojection error of the corners", solution.rms_px},
           {"chi2", "Chi-square of the corners, 2 degrees of freedom", solution.chi2},
           {"sigma_scale",
@@ -52,8 +57,10 @@ ReportFields fields(const ReportedPose& reported) {
 
 PoseList poses_of(std::span<const TagDetection> detections, const PoseSetup& setup) {
   PoseList poses;
+  TagPoseOptions options;
+  options.intrinsics_covariance = setup.intrinsics_covariance;
   for (const TagDetection& detection : detections)
-    poses.push_back(estimate_tag_pose(detection, setup.sizes, setup.camera));
+    poses.push_back(estimate_tag_pose(detection, setup.sizes, setup.camera, options));
   return poses;
 }
 
@@ -121,6 +128,12 @@ Status scale(const std::string& size, DescribedCamera& camera) {
   camera.camera = *scaled;
   if (camera.intrinsics_sigma.size() >= 4)
     camera.intrinsics_sigma.head<4>().array() *= Eigen::Array4d(x, y, x, y);
+  if (camera.intrinsics_covariance.rows() >= 4) {
+    const Eigen::Vector4d scales(x, y, x, y);
+    IntrinsicsCovariance& C = camera.intrinsics_covariance;
+    C.topRows<4>() = (scales.asDiagonal() * C.topRows<4>()).eval();
+    C.leftCols<4>() = (C.leftCols<4>() * scales.asDiagonal()).eval();
+  }
   return {};
 }
 
@@ -131,8 +144,11 @@ Result<DescribedCamera> read_camera(const CameraDescription& description) {
       or_wrong_kind(read_camera(description.file, description.name), description.file, FileUse::Camera);
   if (!named) return tl::unexpected(named.error());
   DescribedCamera read{.camera = named->camera};
-  if (const Result<Calibration> ours = read_calibration(description.file)) {
+  if (kind_of(description.file) == FileKind::Calibration) {
+    const Result<Calibration> ours = read_calibration(description.file);
+    if (!ours) return tl::unexpected(ours.error());
     read.intrinsics_sigma = intrinsics_sigma(read.camera, *ours);
+    read.intrinsics_covariance = intrinsics_covariance(read.camera, *ours);
     read.readout_s = ours->observable_value("readout_s").value_or(0);
   }
   if (description.readout_ms) read.readout_s = *description.readout_ms * 1e-3;
@@ -159,7 +175,14 @@ Result<std::optional<PoseSetup>> described_poses(const CameraDescription& camera
   if (!sizes) return tl::unexpected(sizes.error());
   const Result<DescribedCamera> described = read_camera(camera);
   if (!described) return tl::unexpected(described.error());
-  return std::optional<PoseSetup>(PoseSetup{described->camera, std::move(*sizes)});
+  return std::optional<PoseSetup>(
+      PoseSetup{described->camera, std::move(*sizes), described->intrinsics_covariance});
+}
+
+std::string calibration_note(const PoseSetup& setup) {
+  return setup.intrinsics_covariance.size() > 0
+             ? "standard deviations of poses include the uncertainty of the camera calibration"
+             : "the camera file contains no standard deviations, so poses assume an exact calibration";
 }
 
 Status check_image_size(const CameraModel& camera, int width_px, int height_px) {

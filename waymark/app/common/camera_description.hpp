@@ -11,6 +11,7 @@
 #include "waymark/app/common/tag_names.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/camera/intrinsics.hpp"
 #include "waymark/plot/annotate.hpp"
 #include "waymark/pose/tag_pose.hpp"
 #include "waymark/samples/tag_sizes.hpp"
@@ -21,6 +22,7 @@ namespace waymark {
 struct PoseSetup {
   CameraModel camera;
   TagSizes sizes{};
+  IntrinsicsCovariance intrinsics_covariance{};  ///< empty if the camera is taken as exact
 };
 
 /// One entry per detection, in order: its pose, or the reason why there is none (unknown tag size, corners
@@ -78,12 +80,16 @@ struct DescribedCamera {
   /// Standard deviations of the intrinsics (intrinsics_of) if the file is a calibration.yaml; otherwise
   /// empty.
   Eigen::VectorXd intrinsics_sigma{};
+  IntrinsicsCovariance intrinsics_covariance{};  ///< the same with correlations; empty if there are no sigmas
   double readout_s = 0;  ///< readout time of a rolling shutter from the first row to the last, negative if it
                          ///< starts at the bottom; 0 for a global shutter
 };
 
 /// Reads the file. Errors name either the invalid field (camera_size) or the file.
 [[nodiscard]] Result<DescribedCamera> read_camera(const CameraDescription& description);
+
+/// A note to the user: whether the standard deviations of poses include the uncertainty of the calibration.
+[[nodiscard]] std::string calibration_note(const PoseSetup& setup);
 
 /// Creates the setup for pose estimation from a camera and from sizes in the format of parse_tag_sizes();
 /// `nullopt` if neither is specified. Fails if only one of them is specified. Only tags of `families` may

@@ -179,6 +179,45 @@ TEST_F(Described, StandardDeviationsAreScaledToo) {
   EXPECT_TRUE(half->intrinsics_sigma.isApprox(as_it_is->intrinsics_sigma / 2));
 }
 
+TEST_F(Described, PosesIncludeTheUncertaintyOfTheCalibration) {
+  const auto exact = described_poses(said_, {"0.2"});
+  ASSERT_TRUE(exact && *exact);
+  EXPECT_EQ((*exact)->intrinsics_covariance.size(), 0) << "camera_info contains no standard deviations";
+  EXPECT_THAT(calibration_note(**exact), HasSubstr("exact"));
+  Calibration ours;
+  ours.camera = camera_;
+  ours.values = {{"fx_px", {.value = 500, .sigma = 2}},
+                 {"fy_px", {.value = 510, .sigma = 2}},
+                 {"cx_px", {.value = 320, .sigma = 3}},
+                 {"cy_px", {.value = 250, .sigma = 3}}};
+  ours.camera_correlations = Eigen::MatrixXd::Identity(4, 4);
+  ours.camera_correlations(0, 1) = ours.camera_correlations(1, 0) = 0.9;
+  said_.file = (folder_ / "calibration.yaml").string();
+  ASSERT_TRUE(write_calibration(said_.file, ours));
+  said_.size = "1280x960";
+  const auto poses = described_poses(said_, {"0.2"});
+  ASSERT_TRUE(poses && *poses);
+  ASSERT_EQ((*poses)->intrinsics_covariance.rows(), 4);
+  EXPECT_NEAR((*poses)->intrinsics_covariance(0, 1), 4 * 0.9 * 2 * 2, 1e-9);
+  EXPECT_THAT(calibration_note(**poses), HasSubstr("include"));
+  const PoseList found = poses_of(std::vector{seen(1)},
+                                  {pose_camera(), {.default_size_m = 0.2}, (*poses)->intrinsics_covariance});
+  ASSERT_TRUE(found[0]) << to_string(found[0].error());
+  const auto json = to_json(pose_fields(found[0]));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_GT(json["pose"]["sigma_t_lens_m"][axis].get<double>(), 0);
+    EXPECT_GT(json["pose"]["sigma_t_m"][axis], json["pose"]["sigma_t_lens_m"][axis]);
+  }
+}
+
+TEST_F(Described, ADamagedCalibrationIsReported) {
+  said_.file = (folder_ / "calibration.yaml").string();
+  Calibration ours;
+  ours.camera = camera_;
+  std::ofstream(said_.file) << to_yaml(ours) << "camera_correlations: {fy_px: [2.0]}\n";
+  EXPECT_THAT(refusal(), HasSubstr("camera_correlations"));
+}
+
 TEST_F(Described, ACalibrationContainsTheReadoutTime) {
   Calibration ours;
   ours.camera = camera_;

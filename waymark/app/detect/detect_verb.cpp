@@ -70,6 +70,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   auto poses = args.poses.make(families_of(*finder));
   if (!poses) return fail_usage(poses.error(), console);
   if (*poses) console.warn((*poses)->sizes.warnings());
+  if (*poses) console.note(calibration_note(**poses));
   const auto live = is_camera_input(args.job.sources, given_on(app));
   if (!live) return fail_usage(live.error(), console);
   if (*live)
@@ -127,6 +128,9 @@ camera frame (x right, y down, z forward) is printed with standard deviations. F
 poses fit almost equally well. Both are printed, the better one first, with the ratio of their errors (ambiguous if near
 1). Without --camera, images in a recording are refined with the calibration that the recording contains for them, and
 all other images without a lens model.
+
+If the camera file is a calibration.yaml, the standard deviations include the uncertainty of the calibration. A camera
+file without standard deviations (ROS camera_info, kalibr, PhotonVision, OpenCV) is taken as exact.
 )",
       .prepare = prepared(detect),
       .report = report_of<ImageLine>};

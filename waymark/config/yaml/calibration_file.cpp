@@ -58,6 +58,74 @@ Status read_values(const YamlCursor& root, Calibration& calibration) {
   return {};
 }
 
+constexpr const char* kCorrelations = "camera_correlations";
+
+/// "fx_px" for "fx", but "k1" for "k1".
+std::string value_name(const std::string& parameter) {
+  return parameter.starts_with('f') || parameter.starts_with('c') ? parameter + "_px" : parameter;
+}
+
+std::vector<std::string> value_names(const CameraModel& camera) {
+  std::vector<std::string> names = intrinsics_names(camera);
+  for (std::string& name : names) name = value_name(name);
+  return names;
+}
+
+/// Reads the row of a parameter: its correlations with the parameters before it.
+Status read_row(const YamlCursor& row, Eigen::Index i, Eigen::MatrixXd& R) {
+  const auto numbers = row.exactly_numbers(static_cast<std::size_t>(i));
+  if (!numbers) return tl::unexpected(numbers.error());
+  for (Eigen::Index j = 0; j < i; ++j) {
+    const double r = (*numbers)[static_cast<std::size_t>(j)];
+    if (std::abs(r) > 1)
+      return row.fail_here(ErrorCode::InvalidArgument, fmt::format("{} is not a correlation", r),
+                           "A correlation is between -1 and 1.");
+    R(i, j) = R(j, i) = r;
+  }
+  return {};
+}
+
+Status read_correlations(const YamlCursor& root, Calibration& calibration) {
+  const auto entry = root.find(kCorrelations);
+  if (!entry) return {};
+  if (!calibration.camera)
+    return entry->fail_here(ErrorCode::InvalidArgument,
+                            "correlations of a camera that the file does not contain",
+                            "Add `camera_info`, or remove this key.");
+  const std::vector<std::string> names = value_names(*calibration.camera);
+  if (Status status = entry->check_keys({names.begin() + 1, names.end()}); !status) return status;
+  const auto n = std::ssize(names);
+  Eigen::MatrixXd R = Eigen::MatrixXd::Identity(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::string& name = names[static_cast<std::size_t>(i)];
+    const auto value = calibration.values.find(name);
+    if (value == calibration.values.end() || !(value->second.sigma > 0))
+      return entry->fail_here(ErrorCode::InvalidArgument,
+                              fmt::format("correlations without a standard deviation of {}", name),
+                              fmt::format("Add `values.{}` with a sigma above 0, or remove this key.", name));
+    if (i == 0) continue;
+    const Result<YamlCursor> row = entry->at(name);
+    if (!row) return tl::unexpected(row.error());
+    if (Status status = read_row(*row, i, R); !status) return status;
+  }
+  if (!is_covariance(R))
+    return entry->fail_here(ErrorCode::InvalidArgument, "no parameters can have these correlations together",
+                            "The matrix must be positive semidefinite. Calibrate again, or remove this key.");
+  calibration.camera_correlations = std::move(R);
+  return {};
+}
+
+std::string correlations_yaml(const CameraModel& camera, const Eigen::MatrixXd& R) {
+  const std::vector<std::string> names = value_names(camera);
+  std::string text = fmt::format("{}:\n", kCorrelations);
+  for (Eigen::Index i = 1; i < R.rows(); ++i) {
+    const Eigen::VectorXd row = R.row(i).head(i);
+    text += fmt::format("  {}: {}\n", names[static_cast<std::size_t>(i)],
+                        yaml_list({row.data(), static_cast<std::size_t>(i)}));
+  }
+  return text;
+}
+
 Status check_calibration_format(const YamlCursor& root) {
   const Result<std::string> format = root.read_at("format", &YamlCursor::text);
   if (!format)
@@ -69,7 +137,7 @@ Status check_calibration_format(const YamlCursor& root) {
     return root.at("format")->fail_here(ErrorCode::Unsupported,
                                         fmt::format("unsupported calibration format '{}'", *format),
                                         fmt::format("Known: {}.", kCalibrationFormat));
-  return root.check_keys({"format", "provenance", "camera_info", "values"});
+  return root.check_keys({"format", "provenance", "camera_info", "values", kCorrelations});
 }
 
 std::string indented_block(const std::string& text) {
@@ -131,6 +199,7 @@ Result<Calibration> parse_calibration(std::string_view text, const std::string& 
     calibration.camera = read->camera;
   }
   if (Status status = read_values(root, calibration); !status) return tl::unexpected(status.error());
+  if (Status status = read_correlations(root, calibration); !status) return tl::unexpected(status.error());
   auto provenance = internal::read_provenance(root);
   if (!provenance) return tl::unexpected(provenance.error());
   calibration.provenance = std::move(*provenance);
@@ -161,6 +230,8 @@ std::string to_yaml(const Calibration& calibration) {
                         yaml_number(v.sigma), v.verdict == CalibrationVerdict::Known ? kKnown : kUnobservable,
                         v.advice.empty() ? "" : ", advice: " + yaml_text(v.advice));
   }
+  if (calibration.camera && calibration.camera_correlations.size() > 0)
+    text += correlations_yaml(*calibration.camera, calibration.camera_correlations);
   return text;
 }
 
@@ -182,23 +253,37 @@ Status write_calibration(const std::filesystem::path& path, const Calibration& c
                   fmt::format("{} '{}'; not written", named ? "non-finite number for" : "unknown name", name),
                   {.source = path.string()});
   }
+  const Eigen::MatrixXd& R = calibration.camera_correlations;
+  const auto parameters = calibration.camera ? std::ssize(intrinsics_names(*calibration.camera)) : 0;
+  if (R.size() > 0 && (R.rows() != parameters || R.cols() != parameters || !R.allFinite()))
+    return fail(ErrorCode::InvalidArgument,
+                "the correlations are not finite or do not belong to this camera; not written",
+                {.source = path.string()});
   if (Status status = check_calibration_place(path); !status) return status;
   return write_text_file(path, to_yaml(calibration));
 }
 
 Eigen::VectorXd intrinsics_sigma(const CameraModel& camera, const Calibration& calibration) {
   constexpr double kExact = 1e-9;
-  const std::vector<std::string> names = intrinsics_names(camera);
+  const std::vector<std::string> names = value_names(camera);
   Eigen::VectorXd sigma = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(names.size()), kExact);
   bool any = false;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const bool of_pixels = names[i].starts_with('f') || names[i].starts_with('c');
-    const auto value = calibration.values.find(of_pixels ? names[i] + "_px" : names[i]);
+    const auto value = calibration.values.find(names[i]);
     if (value == calibration.values.end() || !(value->second.sigma > 0)) continue;
     sigma[static_cast<Eigen::Index>(i)] = value->second.sigma;
     any = true;
   }
   return any ? sigma : Eigen::VectorXd();
+}
+
+IntrinsicsCovariance intrinsics_covariance(const CameraModel& camera, const Calibration& calibration) {
+  const Eigen::VectorXd sigma = intrinsics_sigma(camera, calibration);
+  if (sigma.size() == 0) return {};
+  const Eigen::MatrixXd& R = calibration.camera_correlations;
+  if (R.rows() != sigma.size() || R.cols() != sigma.size())
+    return IntrinsicsCovariance(sigma.cwiseAbs2().asDiagonal());
+  return sigma.asDiagonal() * R * sigma.asDiagonal();
 }
 
 SE3 calibrated_mounting(const SE3& base_T_cam, const Calibration& calibration) {

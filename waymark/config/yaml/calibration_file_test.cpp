@@ -61,6 +61,72 @@ TEST(CalibrationFile, ReportsThePlaceOfErrors) {
   EXPECT_EQ(error(head), "read");
 }
 
+/// A calibration with the standard deviations and correlations of its camera.
+Calibration correlated_calibration() {
+  Calibration calibration = some_calibration();
+  calibration.values["fy_px"] = {.value = 500.5, .sigma = 0.2};
+  calibration.values["cx_px"] = {.value = 320.1, .sigma = 0.5};
+  calibration.values["cy_px"] = {.value = 239.7, .sigma = 0.4};
+  calibration.camera_correlations.resize(4, 4);
+  calibration.camera_correlations << 1, 0.95, -0.1, 1.0 / 3,  //
+      0.95, 1, -0.2, 0.3,                                     //
+      -0.1, -0.2, 1, 0,                                       //
+      1.0 / 3, 0.3, 0, 1;
+  return calibration;
+}
+
+TEST(CalibrationFile, StoresTheCorrelationsOfTheCamera) {
+  const Calibration written = correlated_calibration();
+  const auto read = parse_calibration(to_yaml(written), "calibration.yaml");
+  ASSERT_TRUE(read) << to_string(read.error()) << to_yaml(written);
+  EXPECT_EQ(read->camera_correlations, written.camera_correlations);
+  const IntrinsicsCovariance covariance = intrinsics_covariance(*read->camera, *read);
+  ASSERT_EQ(covariance.rows(), 4);
+  EXPECT_NEAR(covariance(0, 1), 0.3 * 0.2 * 0.95, 1e-15);
+  EXPECT_NEAR(covariance(3, 3), 0.4 * 0.4, 1e-15);
+  EXPECT_TRUE(is_covariance(covariance));
+}
+
+TEST(CalibrationFile, WithoutCorrelationsParametersAreIndependent) {
+  Calibration calibration = correlated_calibration();
+  calibration.camera_correlations.resize(0, 0);
+  const auto read = parse_calibration(to_yaml(calibration), "calibration.yaml");
+  ASSERT_TRUE(read) << to_string(read.error());
+  EXPECT_EQ(read->camera_correlations.size(), 0);
+  const IntrinsicsCovariance covariance = intrinsics_covariance(*read->camera, *read);
+  ASSERT_EQ(covariance.rows(), 4);
+  EXPECT_EQ(covariance(0, 1), 0);
+  EXPECT_NEAR(covariance(1, 1), 0.2 * 0.2, 1e-15);
+  calibration.values.clear();
+  EXPECT_EQ(intrinsics_covariance(*calibration.camera, calibration).size(), 0) << "taken as exact";
+}
+
+TEST(CalibrationFile, RejectsCorrelationsThatDoNotBelongToTheCamera) {
+  const std::string text = to_yaml(correlated_calibration());
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    std::string other = text;
+    other.replace(at, from.size(), to);
+    const auto read = parse_calibration(other, "c.yaml");
+    return read ? std::string("read") : to_string(read.error());
+  };
+  EXPECT_NE(changed("  fy_px: [0.95]", "  fy_px: [0.95, 1.0]").find("(camera_correlations.fy_px)"),
+            std::string::npos);
+  EXPECT_NE(changed("  fy_px: [0.95]\n", "").find("fy_px"), std::string::npos);
+  EXPECT_NE(changed("  fy_px: [0.95]\n", "  k1: [0.95]\n").find("'k1'"), std::string::npos);
+  EXPECT_NE(changed("[0.95]", "[1.01]").find("1.01 is not a correlation"), std::string::npos);
+  EXPECT_NE(changed("[0.95]", "[.nan]").find("(camera_correlations.fy_px"), std::string::npos);
+  EXPECT_NE(changed("[0.95]", "[-0.99]").find("positive semidefinite"), std::string::npos);
+  EXPECT_NE(changed("sigma: 0.2", "sigma: 0").find("standard deviation of fy_px"), std::string::npos);
+  Calibration without_camera = correlated_calibration();
+  without_camera.camera.reset();
+  EXPECT_FALSE(write_calibration("/dev/null", without_camera));
+  Calibration short_matrix = correlated_calibration();
+  short_matrix.camera_correlations = Eigen::MatrixXd::Identity(3, 3);
+  EXPECT_FALSE(write_calibration("/dev/null", short_matrix));
+}
+
 TEST(CalibrationFile, RejectsNonFiniteNumbers) {
   Calibration calibration;
   calibration.values["yaw_scale"] = {.value = std::nan("")};

@@ -175,6 +175,10 @@ TEST(CalibrationLaws, TheWrittenCalibrationEqualsTheResult) {
     const auto k = static_cast<Eigen::Index>(i);
     EXPECT_EQ(value->second.value, found.parameters[k]);
     EXPECT_NEAR(value->second.sigma, std::sqrt(found.covariance(k, k)), 1e-12);
+    for (Eigen::Index j = 0; j < found.parameters.size(); ++j) {
+      const double scale = std::sqrt(found.covariance(k, k) * found.covariance(j, j));
+      EXPECT_NEAR(written.camera_correlations(k, j), found.covariance(k, j) / scale, 1e-12);
+    }
   }
 }
 

@@ -252,6 +252,20 @@ Result<CameraCalibration> calibrate(const Search& search, std::optional<LensMode
   return *chosen;
 }
 
+/// The matrix is exactly symmetric with ones on its diagonal. Empty if a variance is not positive.
+Eigen::MatrixXd correlations_of(const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd variance = covariance.diagonal();
+  if (variance.size() == 0 || !(variance.minCoeff() > 0)) return {};
+  const Eigen::VectorXd inverse_sigma = variance.cwiseSqrt().cwiseInverse();
+  Eigen::MatrixXd R =
+      inverse_sigma.asDiagonal() * (covariance + covariance.transpose()) / 2 * inverse_sigma.asDiagonal();
+  for (Eigen::Index i = 0; i < R.rows(); ++i) {
+    R(i, i) = 1;
+    for (Eigen::Index j = 0; j < i; ++j) R(i, j) = R(j, i) = std::clamp(R(i, j), -1.0, 1.0);
+  }
+  return R;
+}
+
 }  // namespace
 
 Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDetection>>& images,
@@ -295,6 +309,7 @@ Calibration to_calibration(const CameraCalibration& found) {
     }
     calibration.values[found.names[i]] = value;
   }
+  calibration.camera_correlations = correlations_of(found.covariance);
   calibration.provenance = {{"lens", std::string(to_string(found.lens))},
                             {"rms_px", fmt::format("{:.4f}", found.rms_px)},
                             {"held_out_rms_px", fmt::format("{:.4f}", found.held_out_rms_px)}};
