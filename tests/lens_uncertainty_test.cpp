@@ -249,10 +249,10 @@ TEST(LensUncertainty, CorrelationsMatterForALensWithManyParameters) {
   EXPECT_LT(cases.full.position.z(), 1.4 * cases.full.tags);
 }
 
-std::vector<TagDetection> photographed(const PhotographScene& scene, const TagFinder& finder,
-                                       const CameraModel* camera, Random& random) {
+std::vector<TagDetection> photographed(const PhotographScene& scene, const TagFinder& finder, ImageLens lens,
+                                       Random& random) {
   const Photograph photo = photograph(true_camera(), scene, {}, random).value();
-  return find_tags(photo.image, finder, camera).value().detections;
+  return find_tags(photo.image, finder, lens).value().detections;
 }
 
 void add_photographed_seed(std::uint64_t seed, const TagFinder& finder, LensCases& cases) {

@@ -66,11 +66,11 @@ using Information = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using Row = Eigen::Matrix<double, kPerAxis, 1>;
 
 /// The parameters on which the displacement along each axis depends.
-constexpr std::array<std::array<int, kPerAxis>, 2> kParameters = {
+constexpr std::array<std::array<int, kPerAxis>, 2> kAxisParameters = {
     {{0, 1, 2, 6, 7, 8, 9}, {3, 4, 5, 6, 7, 10, 11}}};
 
-/// Displacement along an axis of the point (u, v), -1 to 1 inside the border, with respect to kParameters: to
-/// first order that of a homography, then bow and squeeze of the tag.
+/// Displacement along an axis of the point (u, v), -1 to 1 inside the border, with respect to
+/// kAxisParameters: to first order that of a homography, then bow and squeeze of the tag.
 Row displacement(double u, double v, int axis) {
   Row row;
   if (axis == 0) {
@@ -87,7 +87,7 @@ Eigen::Matrix<double, 2, kUnknowns> displacement(double u, double v) {
   for (int axis = 0; axis < 2; ++axis) {
     const Row row = displacement(u, v, axis);
     for (int i = 0; i < kPerAxis; ++i)
-      rows(axis, kParameters[static_cast<std::size_t>(axis)][static_cast<std::size_t>(i)]) = row[i];
+      rows(axis, kAxisParameters[static_cast<std::size_t>(axis)][static_cast<std::size_t>(i)]) = row[i];
   }
   return rows;
 }
@@ -205,7 +205,7 @@ struct AxisSums {
 
 Row of_axis(const Unknowns& x, std::size_t axis) {
   Row own;
-  for (int i = 0; i < kPerAxis; ++i) own[i] = x[kParameters[axis][static_cast<std::size_t>(i)]];
+  for (int i = 0; i < kPerAxis; ++i) own[i] = x[kAxisParameters[axis][static_cast<std::size_t>(i)]];
   return own;
 }
 
@@ -224,10 +224,11 @@ void solve(const std::array<AxisSums, 2>& sums, StepFit& fit) {
   Unknowns right = Unknowns::Zero();
   for (std::size_t axis = 0; axis < 2; ++axis) {
     for (int i = 0; i < kPerAxis; ++i) {
-      const int row = kParameters[axis][static_cast<std::size_t>(i)];
+      const int row = kAxisParameters[axis][static_cast<std::size_t>(i)];
       right[row] += sums[axis].right[i];
       for (int j = 0; j < kPerAxis; ++j)
-        fit.information(row, kParameters[axis][static_cast<std::size_t>(j)]) += sums[axis].information(i, j);
+        fit.information(row, kAxisParameters[axis][static_cast<std::size_t>(j)]) +=
+            sums[axis].information(i, j);
     }
   }
   fit.information.diagonal().array() += kPrior;
