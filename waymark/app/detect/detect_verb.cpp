@@ -65,7 +65,6 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   auto poses = args.poses.make(families_of(*finder));
   if (!poses) return fail_usage(poses.error(), console);
   if (*poses) console.warn((*poses)->sizes.warnings());
-  if (*poses) console.note(calibration_note(**poses));
   const auto live = is_camera_input(args.job.sources, given_on(app));
   if (!live) return fail_usage(live.error(), console);
   if (*live)
@@ -87,6 +86,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   if (!summary) return fail_usage(summary.error(), console);
   console.note(fmt::format("{}, {}, {} failed", counted(summary->images, "image"),
                            counted(summary->tags, "tag"), summary->failed));
+  if (job.poses && summary->tags > 0 && summary->failed == 0) console.note(calibration_note(*job.poses));
   if (summary->stopped) return ExitCode::Interrupted;
   return summary->failed > 0 || summary->annotations_failed ? ExitCode::SomeFailed : ExitCode::Ok;
 }
