@@ -194,7 +194,13 @@ class Formats(InFolder):
         for name in found.values():  # `waymark detect` reads each format
             outcome = self.run_here("detect", "photos/00.png", "--camera", name, "--tag-size-m", 0.1, "--json")
             self.assertEqual(outcome.code, 0, f"{name}: {outcome.err}")
-            tags.append(outcome.out)
+            found_tags = outcome.records[0]["detections"]
+            for pose in (p for tag in found_tags for p in (tag.get("pose"), tag.get("other_pose")) if p):
+                # Only Waymark's format contains standard deviations of the camera.
+                self.assertEqual(max(pose.pop("sigma_t_lens_m")) > 0, name == found["waymark"], name)
+                for key in ("sigma_t_m", "sigma_r_rad", "sigma_scale"):
+                    del pose[key]
+            tags.append(json.dumps(found_tags))
         self.assertEqual(len(set(tags)), 1)
 
     def test_an_automatic_lens_is_one_that_the_format_supports(self):

@@ -55,8 +55,8 @@ struct TagPoseSolution {
   /// The part of `covariance` that TagPoseOptions::intrinsics_covariance causes. An error of the lens is the
   /// same in all images of the camera, so averaging over images does not reduce this part.
   PoseCovariance lens_covariance = PoseCovariance::Zero();
-  /// Factor on the standard deviations, at least 1: above 1 if the corners do not fit any square as well as
-  /// their covariance and that of the lens state (wrong lens, wrong corners). Derived from the smaller chi2
+  /// Factor on the standard deviations, at least 1. It is above 1 if the residuals of the best square exceed
+  /// the covariances of corners and lens (wrong lens, wrong corners). Derived from the smaller chi2
   /// of the two solutions and the same for both; chi2 is not scaled.
   double sigma_scale = 1;
 };

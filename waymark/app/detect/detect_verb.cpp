@@ -70,7 +70,6 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   auto poses = args.poses.make(families_of(*finder));
   if (!poses) return fail_usage(poses.error(), console);
   if (*poses) console.warn((*poses)->sizes.warnings());
-  if (*poses) console.note(calibration_note(**poses));
   const auto live = is_camera_input(args.job.sources, given_on(app));
   if (!live) return fail_usage(live.error(), console);
   if (*live)
@@ -94,6 +93,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
     console.note("note: " + without_lens_note(summary->without_lens));
   console.note(fmt::format("{}, {}, {} failed", counted(summary->images, "image"),
                            counted(summary->tags, "tag"), summary->failed));
+  if (job.poses && summary->tags > 0 && summary->failed == 0) console.note(calibration_note(*job.poses));
   if (summary->stopped) return ExitCode::Interrupted;
   return summary->failed > 0 || summary->annotations_failed ? ExitCode::SomeFailed : ExitCode::Ok;
 }

@@ -16,9 +16,9 @@ namespace waymark {
 [[nodiscard]] const std::vector<std::string>& calibration_names();
 
 /// Reads calibration.yaml (docs/formats/calibration.md). Fails with file, line and key on a file of another
-/// kind, an unknown or missing key, a negative standard deviation, an unknown verdict, parameters that
-/// CameraModel::make() rejects, or correlations that do not belong to the camera or are not positive
-/// semidefinite.
+/// kind, an unknown or missing key, a negative standard deviation, an unknown verdict, or parameters that
+/// CameraModel::make() rejects. Also fails on correlations that do not belong to the camera or are not
+/// positive semidefinite.
 [[nodiscard]] Result<Calibration> read_calibration(const std::filesystem::path& path);
 [[nodiscard]] Result<Calibration> parse_calibration(std::string_view text, const std::string& source);
 
