@@ -264,7 +264,7 @@ void add_photographed_seed(std::uint64_t seed, const TagFinder& finder, LensCase
     PhotographScene scene;
     for (const auto& [tag, mapped] : board.tags)
       scene.tags.push_back({tag, cam_T_board * mapped.map_T_tag, mapped.size_m, 0.3});
-    images.push_back(photographed(scene, finder, nullptr, random));
+    images.push_back(photographed(scene, finder, ImageLens::unknown(), random));
   }
   const auto found = calibrate_camera(images, board, 640, 480, LensModel::Radtan4);
   ASSERT_TRUE(found) << to_string(found.error());
@@ -274,7 +274,7 @@ void add_photographed_seed(std::uint64_t seed, const TagFinder& finder, LensCase
     for (int place = 0; place < 3; ++place)
       scene.tags.push_back(
           {{FamilyId::Tag36h11, 3 * image + place}, cam_T_posed_tag(place, {}, random), kPosedTagM});
-    for (const TagDetection& seen : photographed(scene, finder, &found->camera, random)) {
+    for (const TagDetection& seen : photographed(scene, finder, ImageLens::of(found->camera), random)) {
       const int place = seen.tag.number - 3 * image;
       if (place >= 0 && place < 3)
         cases.add(seen, scene.tags[static_cast<std::size_t>(place)].cam_T_tag, *found);
