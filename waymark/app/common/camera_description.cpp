@@ -1,5 +1,6 @@
 #include "waymark/app/common/camera_description.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <system_error>
@@ -8,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "waymark/app/common/file_kind.hpp"
+#include "waymark/base/message_text.hpp"
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/yaml/calibration_file.hpp"
 
@@ -62,6 +64,19 @@ PoseList poses_of(std::span<const TagDetection> detections, const PoseSetup& set
   for (const TagDetection& detection : detections)
     poses.push_back(estimate_tag_pose(detection, setup.sizes, setup.camera, options));
   return poses;
+}
+
+std::size_t count_misfits(const PoseList& poses) {
+  constexpr double kMisfit = 5;
+  return static_cast<std::size_t>(std::ranges::count_if(
+      poses, [](const Result<TagPose>& pose) { return pose && pose->best.sigma_scale > kMisfit; }));
+}
+
+std::string misfit_note(std::size_t misfits, std::size_t poses) {
+  return fmt::format(
+      "{} of {} do not fit the corners. Check that the calibration belongs to this camera, lens and image "
+      "size.",
+      misfits, counted(poses, "pose"));
 }
 
 ReportFields pose_fields(const std::optional<Result<TagPose>>& pose) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -30,6 +31,12 @@ struct PoseSetup {
 using PoseList = std::vector<Result<TagPose>>;
 
 [[nodiscard]] PoseList poses_of(std::span<const TagDetection> detections, const PoseSetup& setup);
+
+/// Number of poses that do not fit their corners: their residuals are more than five times as large as the
+/// covariances of the corners allow (TagPoseSolution::sigma_scale).
+[[nodiscard]] std::size_t count_misfits(const PoseList& poses);
+/// A note about this number of misfits.
+[[nodiscard]] std::string misfit_note(std::size_t misfits, std::size_t poses);
 
 /// "pose" and "other_pose" (null if there is only one), or "pose_error"; empty if poses were not computed.
 [[nodiscard]] ReportFields pose_fields(const std::optional<Result<TagPose>>& pose);

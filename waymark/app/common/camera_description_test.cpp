@@ -92,6 +92,15 @@ TEST(PosesOf, EachDetectionHasAPoseOrAnError) {
   EXPECT_GT((axes[0].x_px - axes[0].origin_px).norm(), 10);
 }
 
+TEST(PosesOf, PosesThatDoNotFitTheirCornersAreCounted) {
+  const PoseSetup setup{pose_camera(), {.default_size_m = 0.2}};
+  TagDetection wrong = seen(1);
+  wrong.corner_covariance_px2 = 0.01 * CornerCovariance::Identity();
+  EXPECT_EQ(count_misfits(poses_of(std::vector{wrong}, setup)), 0U);
+  wrong.corners_px[2] += Eigen::Vector2d(6, 4);
+  EXPECT_EQ(count_misfits(poses_of(std::vector{wrong, seen(2)}, setup)), 1U);
+}
+
 TEST(PosesOf, AWrongSizeScalesTheDistance) {
   const PoseSetup setup{pose_camera(), {.default_size_m = 0.4}};
   const std::vector<TagDetection> detections = {seen(1)};

@@ -1,9 +1,12 @@
+#include <algorithm>
+#include <cstddef>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "waymark/app/cli/detection_flags.hpp"
 #include "waymark/app/cli/parts.hpp"
+#include "waymark/app/common/camera_description.hpp"
 #include "waymark/app/detect/detect_cameras.hpp"
 #include "waymark/app/detect/detect_images.hpp"
 #include "waymark/base/message_text.hpp"
@@ -80,8 +83,13 @@ ExitCode detect(const DetectArgs& args, Console& console) {
                        args.json, args.covariance, *finder, console);
   DetectJob job = args.job;
   job.poses = std::move(*poses);
+  std::size_t found_poses = 0;
+  std::size_t misfits = 0;
   const auto summary = detect_images(
       job, *finder, control_from(console), [&](const ImageReport& report, const PoseList& of_tags) {
+        found_poses += static_cast<std::size_t>(
+            std::ranges::count_if(of_tags, [](const auto& pose) { return pose.has_value(); }));
+        misfits += count_misfits(of_tags);
         if (args.json)
           console.print(json_line(fields(ImageLine{report, of_tags, args.covariance})));
         else if (report.detected)
@@ -89,6 +97,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
         return !console.output_ended();
       });
   if (!summary) return fail_usage(summary.error(), console);
+  if (misfits > 0) console.note("note: " + misfit_note(misfits, found_poses));
   if (!args.json && summary->without_lens > 0)
     console.note("note: " + without_lens_note(summary->without_lens));
   console.note(fmt::format("{}, {}, {} failed", counted(summary->images, "image"),
