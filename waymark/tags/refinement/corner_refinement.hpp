@@ -83,8 +83,8 @@ enum class RefinementOutcome : std::uint8_t {
 [[nodiscard]] std::string_view to_string(RefinementOutcome outcome);
 
 /// Corners with their covariance. Always usable: if the fit failed, these are the input corners, moved to the
-/// steps between the cells of the tag where those are visible, with the covariance that the cause implies
-/// (kept_corners.hpp).
+/// steps between the cells of the tag where those are visible. Their covariance is then the one that the
+/// cause implies (kept_corners.hpp).
 struct RefinedCorners {
   RefinementOutcome outcome = RefinementOutcome::UnusableQuad;
   std::array<Eigen::Vector2d, 4> corners_px{};                 ///< TL, TR, BR, BL; pixel centres are at +1/2

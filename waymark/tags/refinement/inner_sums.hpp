@@ -97,8 +97,9 @@ struct Across {
   L growth = L::Zero();  ///< contribution of the growth itself to the share of white
 };
 
-/// The blurred lines between cells: distance of a pixel from each of the nearest three across each axis in
-/// blurs, the density there, and the shares of the blurred pixel in the four columns and rows.
+/// The blurred lines between cells. For the nearest three across each axis, `z` is the distance of a pixel in
+/// blurs, and `density` is the normal density there. `part` is the share of the blurred pixel in the four
+/// columns and rows.
 template <class L>
 struct Lines {
   L z[2][3], density[2][3], part[2][4];
@@ -123,8 +124,8 @@ template <class L>
   sum.growth += begins * (begin.cdf - here.cdf) + ends * (here.cdf - end.cdf);
 }
 
-/// Line `i` across `axis`, weighted by the shares of the four rows across it: by how much more white is
-/// behind it than before it, and how much of it has white on one side only.
+/// Adds line `i` across `axis`, weighted by the shares of the four rows across it. `jump` is by how much more
+/// white is behind it than before it. `edges` is how much of it has white on one side only.
 template <int axis, class L>
 [[gnu::always_inline]] inline void add_line(const InnerBlock& block, int i, const Lines<L>& lines, L& jump,
                                             L& edges) {

@@ -65,15 +65,14 @@ KeptCorners kept_corners(RefinementOutcome outcome, const PrintedTag& print, con
                          const StepPlacement& steps) {
   constexpr double kSaturatedSigmaPx = 0.3;
   constexpr double kUnseenSigmaPx = 0.5;
+  // A cell of the border may be missing beyond that of the image, and the steps may be those of other cells.
+  if (outcome == RefinementOutcome::CutByBorder)
+    return in_place(corners_px, std::max(kUnseenSigmaPx, cell_of(print, corners_px)));
   if (print.saturated) return in_place(corners_px, kSaturatedSigmaPx);
   KeptCorners kept{corners_px, step_covariance(kept_cause(outcome, steps), steps), true};
   for (std::size_t k = 0; k < 4; ++k) kept.corners_px[k] += steps.shift_px[k];
-  if (!enough_steps(steps) || !is_convex(kept.corners_px) || !kept.covariance_px2.allFinite()) {
-    const bool is_cut =
-        outcome == RefinementOutcome::CutByBorder;  // then a cell of the border may be missing
-    return in_place(corners_px,
-                    is_cut ? std::max(kUnseenSigmaPx, cell_of(print, corners_px)) : kUnseenSigmaPx);
-  }
+  if (!enough_steps(steps) || !is_convex(kept.corners_px) || !kept.covariance_px2.allFinite())
+    return in_place(corners_px, kUnseenSigmaPx);
   return kept;
 }
 
