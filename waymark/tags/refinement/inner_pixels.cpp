@@ -117,8 +117,8 @@ Places locate(const CellLines& lines, const Lanes& x, const Lanes& y) {
 /// -1 to 1 along the cells.
 Lanes along(const Lanes& cell, int cells) { return 2.0F / static_cast<float>(cells) * cell - 1.0F; }
 
-/// Displacement of the print relative to the homography given by the corners. It is due to the lens or, if the
-/// lens is unknown, to the radial distortion that the curvature of the edges suggests. The rest of their
+/// Displacement of the print relative to the homography given by the corners. It is due to the lens or, if
+/// the lens is unknown, to the radial distortion that the curvature of the edges suggests. The rest of their
 /// curvature is added.
 class Bends {
  public:
