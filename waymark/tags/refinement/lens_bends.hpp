@@ -34,9 +34,9 @@ std::array<double, 4> expect_bends(const CameraModel* camera, double curvature_p
 
 /// Displacement of the print by an unknown radial distortion, relative to the homography given by the
 /// corners. Let u be the position relative to the middle of the tag, in sides of the tag. The displacement is
-/// u.u (g + k u), minus the infinitesimal homography that moves the corners by the same amount. To third order
-/// in u, this is the displacement by k1 r^2 without what a homography contains. The vector g points towards
-/// the optical axis or away from it.
+/// u.u (g + k u), minus the infinitesimal homography that moves the corners by the same amount. To third
+/// order in u, this is the displacement by k1 r^2 without what a homography contains. The vector g points
+/// towards the optical axis or away from it.
 struct RadialField {
   Eigen::Vector2d middle_px{0, 0};
   double side_px = 1;
