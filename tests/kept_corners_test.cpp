@@ -1,82 +1,25 @@
 // The covariance of corners that could not be refined, for each cause, in images made to provoke the causes.
-// The weights were learnt from images with other seeds:
-//
-//     WAYMARK_KEPT_ROWS=rows.txt waymark_tags_tests --gtest_filter='KeptCorners.WriteRows'
-//     tools/learn_kept_corners.py rows.txt
+// The weights were learnt from images with another seed (benchmarks/kept_corner_rows.cpp).
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
-#include "tests/support/degraded_tags.hpp"
-#include "waymark/evaluation/detections.hpp"
-#include "waymark/tags/make_detector.hpp"
-#include "waymark/tags/refinement/cell_steps.hpp"
+#include "tests/support/kept_tags.hpp"
 #include "waymark/tags/refinement/corner_refinement.hpp"
-#include "waymark/tags/refinement/kept_corners.hpp"
 
 namespace waymark {
 namespace {
 
-using refinement::place_by_steps;
-using refinement::PrintedTag;
-using refinement::Quad;
-using Vector8 = Eigen::Matrix<double, 8, 1>;
+using testing::Kept;
 
-constexpr std::uint64_t kLearntSeed = 1001;
 constexpr std::uint64_t kTestSeed = 2002;
-
-/// Set names and numbers of images, about as many kept tags of each.
-const std::vector<std::pair<std::string, std::size_t>> kImages = {
-    {"tiny", 10}, {"faint", 24}, {"cut", 3},    {"covered", 5}, {"bent", 6},
-    {"glare", 4}, {"moving", 6}, {"bright", 8}, {"bar", 2},     {"mixed", 3}};
-
-Vector8 difference(const Quad& a, const Quad& b) {
-  Vector8 error;
-  for (std::size_t k = 0; k < 4; ++k) error.segment<2>(2 * static_cast<Eigen::Index>(k)) = a[k] - b[k];
-  return error;
-}
-
-struct Kept {
-  RefinedCorners corners;
-  PrintedTag print;
-  refinement::StepPlacement steps;
-  Vector8 error;     ///< of the kept corners
-  Vector8 detected;  ///< error of the detected corners
-};
-
-/// All tags of a set that are detected but not refined.
-std::vector<Kept> kept_tags(const std::string& set, std::size_t images, std::uint64_t seed) {
-  DetectorOptions options;
-  options.max_hamming = 2;
-  if (set == "faint") options.min_white_black_diff = 5;
-  const auto detector = make_detector(options).value();
-  std::vector<Kept> kept;
-  for (std::size_t i = 0; i < images; ++i) {
-    const testing::TagImage photo = testing::tag_image(set, i, seed);
-    const auto tags = detector->detect(photo.image).value();
-    for (const MatchedPair& pair : match_detections(tags, photo.truth).correct) {
-      const TagDetection& tag = tags[pair.detection];
-      const Quad& truth = photo.truth[pair.truth].corners_px;
-      const RefinedCorners corners = refine_corners(photo.image, tag);
-      if (corners.refined()) continue;
-      const PrintedTag print = refinement::printed_tag(photo.image, tag.tag, tag.corners_px);
-      kept.push_back({corners, print, place_by_steps(photo.image, print, tag.corners_px),
-                      difference(corners.corners_px, truth), difference(tag.corners_px, truth)});
-    }
-  }
-  return kept;
-}
 
 /// Errors of the tags of one cause.
 struct CauseScores {
@@ -121,8 +64,8 @@ TEST(KeptCorners, AreConsistentForEachCause) {
   std::map<std::string, CauseScores> causes;
   CauseScores all;
   int far = 0;
-  for (const auto& [set, images] : kImages) {
-    for (const Kept& kept : kept_tags(set, images, kTestSeed)) {
+  for (const testing::KeptSet& set : testing::kept_sets()) {
+    for (const Kept& kept : testing::kept_tags(set.name, set.images, kTestSeed)) {
       ASSERT_EQ(Eigen::LLT<CornerCovariance>(kept.corners.covariance_px2).info(), Eigen::Success);
       causes[kept.print.saturated ? "saturated" : std::string(to_string(kept.corners.outcome))].add(kept);
       all.add(kept);
@@ -146,23 +89,6 @@ TEST(KeptCorners, AreConsistentForEachCause) {
   }
   EXPECT_LT(all.squares, 0.5 * all.detected) << "the steps between cells correct the detected corners";
   EXPECT_LE(far, 2);
-}
-
-TEST(KeptCorners, WriteRows) {
-  const char* path = std::getenv("WAYMARK_KEPT_ROWS");
-  if (path == nullptr) GTEST_SKIP() << "set WAYMARK_KEPT_ROWS to a file";
-  constexpr std::size_t kTimesMore = 5;
-  std::ofstream file(path);
-  for (const auto& [set, images] : kImages) {
-    for (const Kept& kept : kept_tags(set, kTimesMore * images, kLearntSeed)) {
-      if (kept.print.saturated || !enough_steps(kept.steps)) continue;
-      const Vector8 shift = difference(kept.steps.shift_px, {});
-      const Eigen::Map<const Eigen::Matrix<double, 1, 64>> covariance(kept.steps.covariance_px2.data());
-      file << static_cast<int>(kept_cause(kept.corners.outcome, kept.steps)) << " " << kept.steps.share << " "
-           << (kept.detected + shift).transpose() << " " << shift.transpose() << " " << covariance << "\n";
-    }
-  }
-  EXPECT_TRUE(file.good());
 }
 
 }  // namespace

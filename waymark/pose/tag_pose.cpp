@@ -84,7 +84,7 @@ double rms_px(const Problem& problem, const SE3& cam_T_tag) {
 }
 
 /// A solution and its chi2 if the covariance of the corners' residuals includes the uncertainty of the lens.
-struct LensedSolution {
+struct SolutionWithLens {
   TagPoseSolution solution{};
   double chi2_with_lens = 0;
 };
@@ -92,7 +92,7 @@ struct LensedSolution {
 /// Adds the uncertainty of the lens, equation (24). `inverse` is the covariance from the corners at
 /// the pivot.
 bool add_lens(const Problem& problem, const Refined& refined, const Matrix6& inverse,
-              LensedSolution& candidate) {
+              SolutionWithLens& candidate) {
   const SE3& cam_T_tag = refined.cam_T_ref;
   const Corners3 cam_corners = corners_in_camera(cam_T_tag, problem.tag_corners);
   Vector8 e;
@@ -118,16 +118,16 @@ bool add_lens(const Problem& problem, const Refined& refined, const Matrix6& inv
   return true;
 }
 
-std::optional<LensedSolution> lensed_solution_of(const Problem& problem, const Refined& refined) {
+std::optional<SolutionWithLens> solution_with_lens(const Problem& problem, const Refined& refined) {
   const std::optional<internal::Cholesky6> information = internal::Cholesky6::of(refined.normal.H);
   if (!information) return std::nullopt;
   const Matrix6 Ad = internal::shift_adjoint(refined.cam_T_ref.translation());
   const Matrix6 inverse = information->inverse();
-  LensedSolution candidate{.solution = {.cam_T_tag = refined.cam_T_ref,
-                                        .chi2 = refined.normal.chi2,
-                                        .rms_px = rms_px(problem, refined.cam_T_ref),
-                                        .covariance = Ad.lazyProduct(inverse).lazyProduct(Ad.transpose())},
-                           .chi2_with_lens = refined.normal.chi2};
+  SolutionWithLens candidate{.solution = {.cam_T_tag = refined.cam_T_ref,
+                                          .chi2 = refined.normal.chi2,
+                                          .rms_px = rms_px(problem, refined.cam_T_ref),
+                                          .covariance = Ad.lazyProduct(inverse).lazyProduct(Ad.transpose())},
+                             .chi2_with_lens = refined.normal.chi2};
   if (problem.intrinsics_covariance.size() > 0 && !add_lens(problem, refined, inverse, candidate))
     return std::nullopt;
   return candidate;
@@ -143,10 +143,10 @@ double sigmas_apart(const Refined& a, const Refined& b) {
 
 Result<TagPose> solve(const Problem& problem, const std::array<SE3, 2>& starts, int max_iterations) {
   std::array<std::optional<Refined>, 2> refined;
-  std::array<std::optional<LensedSolution>, 2> found;
+  std::array<std::optional<SolutionWithLens>, 2> found;
   for (std::size_t i = 0; i < 2; ++i) {
     refined[i] = refine_solution(problem, starts[i], max_iterations);
-    if (refined[i]) found[i] = lensed_solution_of(problem, *refined[i]);
+    if (refined[i]) found[i] = solution_with_lens(problem, *refined[i]);
   }
   const std::size_t best =
       found[1] && (!found[0] || found[1]->solution.chi2 < found[0]->solution.chi2) ? 1 : 0;

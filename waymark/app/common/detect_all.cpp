@@ -416,7 +416,7 @@ void fail_with(Error error, const std::string& path, const JobControl& control, 
   ++summary.failed;
 }
 
-/// The image topics without depth images. Fails if there are none.
+/// The image topics except those with depth images. Fails if the recording has no other.
 Result<LogSelection> images_of(const MessageLog& log, const CameraFacts& facts) {
   LogSelection selection;
   for (const LogChannel& channel : log.channels()) {

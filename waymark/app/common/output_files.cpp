@@ -133,10 +133,10 @@ Status check_new_file(const fs::path& file, bool replace) {
   return check_output_file(file);
 }
 
-Result<std::string> move_aside(const fs::path& file, const std::string& text) {
+Result<std::string> move_aside(const fs::path& file, const std::string& content) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return std::string();
-  if (const auto existing = read_text_file(file, text.size() + 1); existing && *existing == text)
+  if (const auto existing = read_file(file, content.size() + 1); existing && *existing == content)
     return std::string();
   int number = 1;
   const auto aside = [&] { return file.parent_path() / numbered(file.filename().string(), number); };

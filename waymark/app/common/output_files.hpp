@@ -25,9 +25,9 @@ namespace waymark {
 /// Whether the path exists and is not a regular file, for example a terminal, /dev/null or a pipe.
 [[nodiscard]] bool is_device(const std::filesystem::path& path);
 
-/// Renames an existing file to a backup (NAME.1.yaml, or the next free number), unless it already contains
-/// this text. Returns the new name; empty if nothing was renamed.
-[[nodiscard]] Result<std::string> move_aside(const std::filesystem::path& file, const std::string& text);
+/// Renames an existing file to a backup (NAME.1.yaml, or the next free number), unless this is its content.
+/// Returns the new name; empty if nothing was renamed.
+[[nodiscard]] Result<std::string> move_aside(const std::filesystem::path& file, const std::string& content);
 
 /// Files that are either all written to a folder or not at all. They are written to a temporary folder and
 /// moved once all are complete. Existing files with the same names are renamed to backups: NAME.1.yaml, or

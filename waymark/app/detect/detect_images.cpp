@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <optional>
-#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -85,19 +82,12 @@ std::string annotation_name(const std::string& name, const ImageReport& report, 
   return fmt::format("{}_{}.png", fs::path(name).stem().string(), report.image.substr(stamp + 1));
 }
 
-bool has_content(const fs::path& path, std::span<const std::uint8_t> bytes) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string content{std::istreambuf_iterator<char>(file), {}};
-  return std::ranges::equal(content, bytes, {}, [](char c) { return static_cast<std::uint8_t>(c); });
-}
-
 /// An existing file with other content is renamed to a backup.
 Status write_in_folder(const fs::path& path, const ColorImage& image) {
   const auto bytes = encode_png(image);
   if (!bytes) return tl::unexpected(bytes.error());
-  if (has_content(path, *bytes)) return {};
-  // The content is not text, so it differs from any text.
-  if (const auto backup = move_aside(path, {}); !backup) return tl::unexpected(backup.error());
+  const std::string content(bytes->begin(), bytes->end());
+  if (const auto backup = move_aside(path, content); !backup) return tl::unexpected(backup.error());
   return write_bytes(path, *bytes);
 }
 

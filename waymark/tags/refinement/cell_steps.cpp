@@ -362,15 +362,6 @@ StepPlacement place_by_steps(const ImageView& image, const PrintedTag& print, co
   return result;
 }
 
-bool is_convex(const Quad& corners_px) {
-  for (std::size_t k = 0; k < 4; ++k) {
-    const Vector2d a = corners_px[(k + 1) % 4] - corners_px[k];
-    const Vector2d b = corners_px[(k + 2) % 4] - corners_px[k];
-    if (!(a.x() * b.y() - a.y() * b.x() > 1)) return false;
-  }
-  return true;
-}
-
 bool enough_steps(const StepPlacement& steps) {
   constexpr double kLeastShare = 0.4;
   return steps.share >= kLeastShare;

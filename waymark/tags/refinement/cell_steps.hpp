@@ -24,9 +24,6 @@ struct StepPlacement {
 /// Whether enough of the expected steps are visible for the placement to be of use.
 [[nodiscard]] bool enough_steps(const StepPlacement& steps);
 
-/// Whether corners are finite, in clockwise order and not on a line.
-[[nodiscard]] bool is_convex(const Quad& corners_px);
-
 /// Whether the steps contradict corners with this covariance.
 [[nodiscard]] bool contradicts(const StepPlacement& steps, const CornerCovariance& covariance_px2);
 

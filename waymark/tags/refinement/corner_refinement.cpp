@@ -27,18 +27,6 @@ constexpr double kPassTolerancePx = 0.1;   ///< if all corners move less, the im
 constexpr double kFirstTolerancePx = 0.1;  ///< convergence tolerance of the first pass, with a wide band
 constexpr double kTolerancePx = 0.01;  ///< convergence tolerance; the next step would be far below the noise
 
-/// Twice the signed area of the smallest triangle formed by three consecutive corners; positive for a convex
-/// clockwise quad.
-double smallest_triangle(const Quad& c) {
-  double smallest = 1e300;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const Vector2d u = c[(k + 1) % 4] - c[k];
-    const Vector2d v = c[(k + 2) % 4] - c[k];
-    smallest = std::min(smallest, u.x() * v.y() - u.y() * v.x());
-  }
-  return smallest;
-}
-
 bool usable(const ImageView& image, const TagDetection& detection) {
   if (image.empty() || detection.tag.number < 0) return false;
   if (static_cast<std::size_t>(detection.tag.number) >= family(detection.tag.family).codes.size())
@@ -50,7 +38,7 @@ bool usable(const ImageView& image, const TagDetection& detection) {
     if (std::abs(corner.x() - 0.5 * image.width) > 1.5 * image.width) return false;
     if (std::abs(corner.y() - 0.5 * image.height) > 1.5 * image.height) return false;
   }
-  return smallest_triangle(detection.corners_px) > 1.0;
+  return is_convex(detection.corners_px);
 }
 
 bool cut_by_border(const ImageView& image, const TagDetection& detection, double border_px) {
@@ -164,7 +152,7 @@ RefinementOutcome fit(const ImageView& image, const PrintedTag& print, const Qua
     const Eigen::Matrix<double, 8, 1> moved = intersection(tag.edges) * displacements(estimate);
     if (!moved.allFinite()) return RefinementOutcome::PoorFit;
     for (std::size_t k = 0; k < 4; ++k) corners[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
-    if (smallest_triangle(corners) < 1.0) return RefinementOutcome::PoorFit;
+    if (!is_convex(corners)) return RefinementOutcome::PoorFit;
     if (largest_shift(start_px, corners, tag.edges) > options.max_shift_px) {
       return RefinementOutcome::MovedTooFar;
     }

@@ -213,6 +213,15 @@ void read_pixels(const ImageView& image, const Slicing& s, const BlockStart& sta
 
 }  // namespace
 
+bool is_convex(const Quad& corners_px) {
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vector2d u = corners_px[(k + 1) % 4] - corners_px[k];
+    const Vector2d v = corners_px[(k + 2) % 4] - corners_px[k];
+    if (!(u.x() * v.y() - u.y() * v.x() > 1.0)) return false;
+  }
+  return true;
+}
+
 Eigen::Matrix3d homography_of_unit_square(const Quad& quad) {
   const auto& [a, b, c, d] = quad;
   const Vector2d u = b - c;

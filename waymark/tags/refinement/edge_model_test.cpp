@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/facing_tag.hpp"
+#include "tests/support/same_sums.hpp"
 
 namespace waymark::refinement {
 namespace {
@@ -154,17 +155,7 @@ TEST(SumEdge, TheFastestAgreesWithThePortableVersion) {
       SliceCosts quick_costs;
       const NormalEquations portable = linearize(*band, x, 0.1, portable_costs, sum_edge_portable);
       const NormalEquations quick = linearize(*band, x, 0.1, quick_costs);
-      for (int i = 0; i < kParameters; ++i) {
-        for (int k = 0; k < kParameters; ++k) {
-          // Off the diagonal, terms of opposite signs cancel.
-          const double scale = std::sqrt(portable.information(i, i) * portable.information(k, k));
-          EXPECT_NEAR(quick.information(i, k), portable.information(i, k), 2e-5 * scale) << i << " " << k;
-        }
-        EXPECT_NEAR(quick.gradient[i], portable.gradient[i],
-                    2e-5 * std::sqrt(portable.information(i, i) * portable.cost))
-            << i;
-      }
-      EXPECT_NEAR(quick.cost, portable.cost, 2e-5 * portable.cost);
+      testing::expect_same_sums(quick, portable, kParameters);
       EXPECT_EQ(portable.pixels(), quick.pixels());
     }
   }

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/facing_tag.hpp"
+#include "tests/support/same_sums.hpp"
 #include "waymark/tags/refinement/corner_refinement.hpp"
 
 namespace waymark {
@@ -122,16 +123,7 @@ template <int Unknowns>
 void expect_same_sums(const InnerPixels& pixels, const InnerVector& x) {
   const auto portable = sum_up<Unknowns>(pixels, x, 1, 20, refinement::portable_inner_kernels());
   const auto quick = sum_up<Unknowns>(pixels, x, 1, 20);
-  for (int i = 0; i < Unknowns; ++i) {
-    for (int k = 0; k < Unknowns; ++k) {
-      const double scale = std::sqrt(portable.information(i, i) * portable.information(k, k));
-      EXPECT_NEAR(quick.information(i, k), portable.information(i, k), 2e-5 * scale) << i << " " << k;
-    }
-    EXPECT_NEAR(quick.gradient[i], portable.gradient[i],
-                2e-5 * std::sqrt(portable.information(i, i) * portable.cost))
-        << i;
-  }
-  EXPECT_NEAR(quick.cost, portable.cost, 2e-5 * portable.cost);
+  testing::expect_same_sums(quick, portable, Unknowns);
   EXPECT_NEAR(quick.pixels, portable.pixels, 2e-5 * portable.pixels);
 }
 

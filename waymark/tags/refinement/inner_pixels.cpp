@@ -250,7 +250,7 @@ class InnerReader {
   /// Writes the pixels that still wait, and fills the last block up.
   void finish() {
     flush();
-    if (pixels_.count % kLanes == 0) return;  // the last block is full, or there is none
+    if (pixels_.count % kLanes == 0) return;  // the last block is full, or no pixel was read
     fill_up(pixels_.block[pixels_.blocks() - 1], pixels_.count % kLanes);
     complete(pixels_.block[pixels_.blocks() - 1]);
   }

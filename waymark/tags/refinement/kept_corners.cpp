@@ -18,12 +18,11 @@ struct KeptWeights {
 
 /// Printed by tools/learn_kept_corners.py.
 constexpr std::array<KeptWeights, kKeptCauses> kKeptWeights = {{
-    {1.5, 1.8, 0.0094, 0.015},  // cut by border, 362 tags
-    {0.16, 15, 0.16, 1.1},      // too small, 148 tags
-    {1, 2.9, 0.043, 0.19},      // low contrast, 18 tags
-    {5.4, 6.3, 0.014, 0.67},    // poor fit, 310 tags
-    {2, 13, 0.0099, 0.35},      // moved too far, 1105 tags
-    {5.8, 3.7, 0.017, 0.015},   // bent, 158 tags
+    {0.19, 14, 0.18, 0.99},    // too small, 295 tags
+    {1.2, 3.2, 0.023, 0.19},   // low contrast, 107 tags
+    {11, 1.2, 0.22, 0.64},     // poor fit, 485 tags
+    {2.7, 11, 0.01, 0.4},      // moved too far, 858 tags
+    {4.3, 5.9, 0.011, 0.021},  // bent, 684 tags
 }};
 
 /// Adds a variance to both coordinates of each corner.
@@ -47,7 +46,6 @@ double cell_of(const PrintedTag& print, const Quad& corners_px) {
 KeptCause kept_cause(RefinementOutcome outcome, const StepPlacement& steps) {
   if (outcome == RefinementOutcome::TooSmall) return KeptCause::TooSmall;
   if (steps.bent) return KeptCause::Bent;
-  if (outcome == RefinementOutcome::CutByBorder) return KeptCause::CutByBorder;
   if (outcome == RefinementOutcome::LowContrast) return KeptCause::LowContrast;
   return outcome == RefinementOutcome::MovedTooFar ? KeptCause::MovedTooFar : KeptCause::PoorFit;
 }

@@ -11,10 +11,10 @@
 namespace waymark::refinement {
 
 /// What limits the accuracy of the steps between cells if the border could not be fitted.
-enum class KeptCause : std::uint8_t { CutByBorder, TooSmall, LowContrast, PoorFit, MovedTooFar, Bent };
-inline constexpr std::size_t kKeptCauses = 6;
+enum class KeptCause : std::uint8_t { TooSmall, LowContrast, PoorFit, MovedTooFar, Bent };
+inline constexpr std::size_t kKeptCauses = 5;
 
-/// The cause that an outcome other than Refined implies. Bent tags are a cause of their own.
+/// The cause that an outcome other than Refined and CutByBorder implies. Bent tags are a cause of their own.
 [[nodiscard]] KeptCause kept_cause(RefinementOutcome outcome, const StepPlacement& steps);
 
 /// Covariance of corners that were moved to the steps, with the weights that tools/learn_kept_corners.py
@@ -28,8 +28,8 @@ struct KeptCorners {
   bool by_steps = false;  ///< moved to the steps between cells; otherwise the given corners
 };
 
-/// Moves corners to the steps between cells, unless too few steps are visible or the print is saturated,
-/// which displaces steps. `outcome` is one other than Refined.
+/// Moves corners to the steps between cells, unless too few steps are visible, the border of the image cuts
+/// the tag, or the print is saturated, which displaces steps. `outcome` is one other than Refined.
 [[nodiscard]] KeptCorners kept_corners(RefinementOutcome outcome, const PrintedTag& print,
                                        const Quad& corners_px, const StepPlacement& steps);
 
