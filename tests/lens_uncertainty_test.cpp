@@ -43,7 +43,8 @@ TagMap lens_board() {
   TagMap board;
   for (int i = 0; i < kLensColumns * kLensRows; ++i) {
     const double x_m = kBoardPitchM * (i % kLensColumns - 0.5 * (kLensColumns - 1));
-    const double y_m = kBoardPitchM * (i / kLensColumns - 0.5 * (kLensRows - 1));
+    const int row = i / kLensColumns;
+    const double y_m = kBoardPitchM * (row - 0.5 * (kLensRows - 1));
     board.tags.emplace(TagId{FamilyId::Tag36h11, i},
                        MappedTag{.map_T_tag = SE3(SO3(), {x_m, y_m, 0}), .size_m = kBoardTagM});
   }

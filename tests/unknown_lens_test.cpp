@@ -20,7 +20,8 @@ PhotographScene dozen(Random& random) {
   PhotographScene scene;
   for (int i = 0; i < 12; ++i) {
     const double distance_m = 0.9 * std::pow(1.13, i);
-    const Eigen::Vector3d direction(-0.48 + 0.32 * (i % 4), -0.26 + 0.26 * static_cast<double>(i / 4), 1);
+    const int row = i / 4;
+    const Eigen::Vector3d direction(-0.48 + 0.32 * (i % 4), -0.26 + 0.26 * row, 1);
     const SO3 cam_R_facing = SO3::from_rpy(-std::atan(direction.y()), std::atan(direction.x()), 0);
     const double yaw = random.uniform(-3, 3);
     const double pitch = random.uniform(-0.75, 0.75);

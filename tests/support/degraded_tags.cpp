@@ -475,7 +475,9 @@ std::vector<TrueTag> scatter_at_border(Canvas& canvas, int most, Random& random)
   std::vector<TrueTag> placed;
   for (int i = 0; i < most; ++i) {
     const double size = 24 * std::pow(5, random.uniform());
-    const double along = (i / 4 + 0.5) / ((most + 3) / 4);
+    const int place = i / 4;
+    const int places = (most + 3) / 4;
+    const double along = (place + 0.5) / places;
     const double inwards = random.uniform(0.3, 0.75) * size;
     const std::array<Eigen::Vector2d, 4> center = {Eigen::Vector2d(along * kWidth, inwards),
                                                    {along * kWidth, kHeight - inwards},
@@ -580,10 +582,10 @@ Canvas reduced(const Image& image) {
     for (int x = 0; x < kWidth; ++x) {
       const auto [left, right] = range(x0, x, image.width());
       const auto [top, bottom] = range(y0, y, image.height());
-      float sum = 0;
+      int sum = 0;
       for (int j = top; j < bottom; ++j)
         for (int i = left; i < right; ++i) sum += image.row(j)[i];
-      canvas.at(x, y) = sum / static_cast<float>((right - left) * (bottom - top));
+      canvas.at(x, y) = static_cast<float>(sum) / static_cast<float>((right - left) * (bottom - top));
     }
   }
   return canvas;
