@@ -475,9 +475,9 @@ std::vector<TrueTag> scatter_at_border(Canvas& canvas, int most, Random& random)
   std::vector<TrueTag> placed;
   for (int i = 0; i < most; ++i) {
     const double size = 24 * std::pow(5, random.uniform());
-    const int place = i / 4;
-    const int places = (most + 3) / 4;
-    const double along = (place + 0.5) / places;
+    const int step = i / 4;
+    const int steps = (most + 3) / 4;
+    const double along = (step + 0.5) / steps;
     const double inwards = random.uniform(0.3, 0.75) * size;
     const std::array<Eigen::Vector2d, 4> center = {Eigen::Vector2d(along * kWidth, inwards),
                                                    {along * kWidth, kHeight - inwards},
