@@ -8,8 +8,10 @@
 #include <Eigen/Cholesky>
 
 #include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/refinement/bent_sheet.hpp"
 #include "waymark/tags/refinement/bit_placement.hpp"
 #include "waymark/tags/refinement/cell_steps.hpp"
+#include "waymark/tags/refinement/curved_border.hpp"
 #include "waymark/tags/refinement/inner_bits.hpp"
 #include "waymark/tags/refinement/lens_bends.hpp"
 #include "waymark/tags/refinement/tag_fit.hpp"
@@ -194,6 +196,25 @@ RefinementOutcome judge(const PrintedTag& print, const RefinementOptions& option
   return RefinementOutcome::Refined;
 }
 
+/// The corners of a border with curved sides, if the bits inside confirm that it is curved.
+std::optional<RefinedCorners> refine_curves(const ImageView& image, const TagDetection& detection,
+                                            const PrintedTag& print, const RefinementOptions& options) {
+  constexpr double kMinCellPx = 2.5;
+  const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
+  if (cell_px < std::max(kMinCellPx, options.min_cell_px)) return std::nullopt;
+  const auto border = follow_border(image, print, detection.corners_px);
+  if (!border || smallest_triangle(border->corners_px) < 1.0) return std::nullopt;
+  if (!compare_sheets(image, print, *border, detection.corners_px).confirms_bend()) return std::nullopt;
+  return RefinedCorners{.outcome = RefinementOutcome::Refined,
+                        .corners_px = border->corners_px,
+                        .covariance_px2 = border->covariance_px2,
+                        .blur_px = options.blur_px,
+                        .contrast = print.outwards() * border->contrast,
+                        .noise = border->noise_px * border->contrast / options.blur_px,
+                        .pixels = border->crossings,
+                        .curved = true};
+}
+
 /// Whether it is worth trying to place the tag by its bits after this outcome.
 bool may_place_by_bits(RefinementOutcome outcome) {
   return outcome == RefinementOutcome::TooLittleSeen || outcome == RefinementOutcome::LowContrast ||
@@ -241,6 +262,7 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
   }
   if (result.refined()) result.outcome = judge(print, options, result);
   if (border_is_uncertain || may_place_by_bits(result.outcome)) {
+    if (const auto curves = refine_curves(image, detection, print, options)) return *curves;
     const auto placed = place_by_bits(image, detection, print, options, camera);
     if (placed && judge(print, options, *placed) == RefinementOutcome::Refined &&
         (!result.refined() || placed->covariance_px2.trace() < result.covariance_px2.trace()))
