@@ -351,6 +351,7 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   }
   if (near < kMinShareInPlace * all) return false;
   for (std::size_t i = 0; i < 4; ++i) tag.corners_px[i] = moved[i].cast<double>();
+  follow_curves(image, inverted, tag);  // the plane is near enough to the border of a bent tag
   return true;
 }
 

@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 
 #include "waymark/families/family.hpp"
+#include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/refinement/cell_colors.hpp"
 
 namespace waymark::refinement {
@@ -19,17 +20,20 @@ using Eigen::Vector2d;
 
 constexpr double kBeyondCells = 0.3;  ///< the offset of steps that are not where they are expected
 
-/// A step between two cells inside the border: its expected place and its offset from it.
+constexpr std::size_t kInside = 4;
+
+/// A step between two cells: its expected place and its offset from it.
 struct SheetStep {
   int axis = 0;
-  double u = 0, v = 0;  ///< [cell]
+  std::size_t side = kInside;  ///< of the border, if it is a step from the border to its surroundings
+  double u = 0, v = 0;         ///< [cell]
   bool rises = false;
   bool visible = false;
   double offset = 0;  ///< [cell] along the axis
 };
 
 struct SheetSteps {
-  std::array<SheetStep, 2 * static_cast<std::size_t>(kMaxCells) * kMaxCells> all{};
+  std::array<SheetStep, 2 * static_cast<std::size_t>(kMaxCells) * (kMaxCells + 1)> all{};
   std::size_t count = 0;
   int cells = 0;
 
@@ -41,14 +45,17 @@ void list_steps(const PrintedTag& print, SheetSteps& steps) {
   const CellColors colors(print);
   const int w = colors.width();
   steps.cells = w;
-  const auto add = [&](int axis, double u, double v, int change) {
-    if (change != 0 && steps.count < steps.all.size())
-      steps.all[steps.count++] = {.axis = axis, .u = u, .v = v, .rises = change > 0};
+  const auto add = [&](int axis, int line, double along, int change) {
+    if (change == 0 || steps.count == steps.all.size()) return;
+    SheetStep& step = steps.all[steps.count++];
+    step = {.axis = axis, .u = axis == 0 ? line : along, .v = axis == 0 ? along : line, .rises = change > 0};
+    if (line == 0) step.side = axis == 0 ? 3 : 0;
+    if (line == w) step.side = axis == 0 ? 1 : 2;
   };
-  for (int line = 1; line < w; ++line) {
+  for (int line = 0; line <= w; ++line) {
     for (int k = 0; k < w; ++k) {
       add(0, line, k + 0.5, colors.change(line - 1, k, line, k));
-      add(1, k + 0.5, line, colors.change(k, line - 1, k, line));
+      add(1, line, k + 0.5, colors.change(k, line - 1, k, line));
     }
   }
 }
@@ -146,8 +153,8 @@ void measure_steps(const ImageView& image, const Sheet& sheet, SheetSteps& steps
   for (std::size_t i = 0; i < steps.count; ++i) measure_step(image, sheet, steps.all[i]);
 }
 
-/// The unknowns that explain the offsets, by least squares with Tukey weights. `base` are the current
-/// unknowns to which the offsets refer, and about 0 they have standard deviations `sigma` [cell].
+/// The unknowns that explain the offsets inside the border, by least squares with Tukey weights. `base` are
+/// the current unknowns to which the offsets refer, and about 0 they have standard deviations `sigma` [cell].
 template <int Unknowns, class Row>
 Eigen::Matrix<double, Unknowns, 1> explain(const SheetSteps& steps,
                                            const Eigen::Matrix<double, Unknowns, 1>& sigma,
@@ -163,7 +170,7 @@ Eigen::Matrix<double, Unknowns, 1> explain(const SheetSteps& steps,
     Vector gradient = Vector::Zero();
     for (std::size_t i = 0; i < steps.count; ++i) {
       const SheetStep& step = steps.all[i];
-      if (!step.visible) continue;
+      if (!step.visible || step.side != kInside) continue;
       const Vector r = row(step.axis, steps.s(step), steps.t(step));
       const double far = std::abs(step.offset - r.dot(x - base)) / beyond;
       const double weight = far < 1 ? (1 - far * far) * (1 - far * far) : 0;
@@ -198,28 +205,36 @@ bool move_plane(const PlaneShift& x, int cells, Quad& corners) {
   return true;
 }
 
-double limited_square(const SheetStep& step) {
-  return std::pow(std::min(std::abs(step.offset), kBeyondCells), 2);
-}
-
-/// Mean squared offsets: of all steps, and of each quarter of the tag.
+/// Mean squared offsets: of the steps inside, of those in each quarter of the tag, and of the sides of the
+/// border.
 struct MeanSquares {
-  double all = kBeyondCells * kBeyondCells;
+  double inside = kBeyondCells * kBeyondCells;
   std::array<double, 4> quarter{};
+  std::array<double, 4> side{};
 };
 
 MeanSquares mean_squares(const SheetSteps& steps) {
-  MeanSquares sums{.all = 0};
-  std::array<int, 4> count{};
+  MeanSquares sums{.inside = 0};
+  std::array<int, 4> in_quarter{};
+  std::array<int, 4> on_side{};
   for (std::size_t i = 0; i < steps.count; ++i) {
     const SheetStep& step = steps.all[i];
-    const double square = limited_square(step);
+    const double square = std::pow(std::min(std::abs(step.offset), kBeyondCells), 2);
+    if (step.side != kInside) {
+      sums.side.at(step.side) += square;
+      ++on_side.at(step.side);
+      continue;
+    }
     const std::size_t quarter = (steps.s(step) < 0 ? 0U : 1U) + (steps.t(step) < 0 ? 0U : 2U);
-    sums.all += square / static_cast<double>(steps.count);
+    sums.inside += square;
     sums.quarter.at(quarter) += square;
-    ++count.at(quarter);
+    ++in_quarter.at(quarter);
   }
-  for (std::size_t k = 0; k < 4; ++k) sums.quarter.at(k) /= std::max(1, count.at(k));
+  sums.inside /= std::max(1, in_quarter[0] + in_quarter[1] + in_quarter[2] + in_quarter[3]);
+  for (std::size_t k = 0; k < 4; ++k) {
+    sums.quarter.at(k) /= std::max(1, in_quarter.at(k));
+    sums.side.at(k) /= std::max(1, on_side.at(k));
+  }
   return sums;
 }
 
@@ -258,6 +273,7 @@ std::array<double, 4> share_in_place(const SheetSteps& steps) {
   std::array<double, 4> all{};
   for (std::size_t i = 0; i < steps.count; ++i) {
     const SheetStep& step = steps.all[i];
+    if (step.side != kInside) continue;
     const std::array<double, 4> from_side = {step.v, steps.cells - step.u, steps.cells - step.v, step.u};
     for (std::size_t k = 0; k < 4; ++k) {
       if (from_side.at(k) > kRows) continue;
@@ -273,16 +289,30 @@ std::array<double, 4> share_in_place(const SheetSteps& steps) {
 
 bool SheetComparison::confirms_bend() const {
   constexpr int kMinSteps = 12;
-  constexpr double kMinInPlace = 0.8;
-  constexpr double kBetter = 0.6;
+  constexpr double kMinInPlace = 0.9;
+  if (steps < kMinSteps || std::ranges::min(in_place) < kMinInPlace) return false;
+  return bits_prefer_bend() || border_excludes_plane();
+}
+
+/// The bits agree clearly better with the bent sheet, and in no quarter clearly worse.
+bool SheetComparison::bits_prefer_bend() const {
+  constexpr double kBetter = 0.5;
   constexpr double kNotWorse = 1.2;
   constexpr double kNoise = 0.001;  // cells^2
-  if (steps < kMinSteps || !(if_bent < kBetter * if_flat)) return false;
-  for (std::size_t k = 0; k < 4; ++k) {
-    if (in_place.at(k) < kMinInPlace) return false;
+  if (!(if_bent < kBetter * if_flat)) return false;
+  for (std::size_t k = 0; k < 4; ++k)
     if (bent_by_quarter.at(k) > kNotWorse * flat_by_quarter.at(k) + kNoise) return false;
-  }
   return true;
+}
+
+/// The bits agree well with the bent sheet, and the plane through them misses three sides of the border.
+bool SheetComparison::border_excludes_plane() const {
+  constexpr double kGood = 0.0015;  // cells^2
+  constexpr double kNotWorse = 1.5;
+  constexpr double kMissesCells = 0.07;
+  constexpr double kMissesPx = 0.5;
+  return if_bent < std::min(kGood, kNotWorse * if_flat) &&
+         std::sqrt(border_if_flat) > std::max(kMissesCells, kMissesPx / cell_px);
 }
 
 SheetComparison compare_sheets(const ImageView& image, const PrintedTag& print, const CurvedBorder& border,
@@ -290,14 +320,17 @@ SheetComparison compare_sheets(const ImageView& image, const PrintedTag& print, 
   SheetSteps steps;
   list_steps(print, steps);
   SheetComparison result;
-  result.steps = static_cast<int>(steps.count);
+  for (std::size_t i = 0; i < steps.count; ++i) result.steps += steps.all[i].side == kInside ? 1 : 0;
   MeanSquares flat = fit_flat(image, border.corners_px, steps);
   const MeanSquares other = fit_flat(image, near_px, steps);
-  if (other.all < flat.all) flat = other;
-  result.if_flat = flat.all;
+  if (other.inside < flat.inside) flat = other;
+  result.if_flat = flat.inside;
+  std::sort(flat.side.begin(), flat.side.end());
+  result.border_if_flat = flat.side[1];
+  result.cell_px = mean_side_px(border.corners_px) / steps.cells;
   result.flat_by_quarter = flat.quarter;
   const MeanSquares bent = fit_bent(image, BentSheet(border, steps.cells), steps);
-  result.if_bent = bent.all;
+  result.if_bent = bent.inside;
   result.bent_by_quarter = bent.quarter;
   result.in_place = share_in_place(steps);
   return result;
