@@ -296,7 +296,7 @@ bool SheetComparison::confirms_bend() const {
 
 /// The bits agree clearly better with the bent sheet, and in no quarter clearly worse.
 bool SheetComparison::bits_prefer_bend() const {
-  constexpr double kBetter = 0.5;
+  constexpr double kBetter = 0.57;
   constexpr double kNotWorse = 1.2;
   constexpr double kNoise = 0.001;  // cells^2
   if (!(if_bent < kBetter * if_flat)) return false;

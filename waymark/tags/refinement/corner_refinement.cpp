@@ -96,6 +96,13 @@ Eigen::Matrix<double, 8, 1> displacements(const TagEstimate& estimate) {
   return both;
 }
 
+/// Whether a side bulges so much that the curvature may change along it.
+bool strongly_curved(const TagEstimate& estimate) {
+  constexpr double kMaxBulgePx = 1;
+  return std::ranges::any_of(estimate.edges,
+                             [](const EdgeVector& x) { return std::abs(x[kBend]) > kMaxBulgePx; });
+}
+
 double largest_shift(const Quad& from, const Quad& to, const std::array<EdgeFrame, 4>& edges) {
   double largest = 0;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -180,6 +187,7 @@ RefinementOutcome fit(const ImageView& image, const PrintedTag& print, const Qua
   result.noise = std::sqrt(estimate.noise_variance);
   result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
   result.pixels = tag.pixels;
+  result.curved = strongly_curved(estimate);
   return correct(inner_correction(image, print, tag, estimate), tag, border_is_uncertain, result);
 }
 
@@ -261,8 +269,11 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
     result.outcome = fit(image, print, detection.corners_px, options, camera, border_is_uncertain, result);
   }
   if (result.refined()) result.outcome = judge(print, options, result);
-  if (border_is_uncertain || may_place_by_bits(result.outcome)) {
+  const bool by_bits = border_is_uncertain || may_place_by_bits(result.outcome);
+  if (by_bits || result.curved) {
     if (const auto curves = refine_curves(image, detection, print, options)) return *curves;
+  }
+  if (by_bits) {
     const auto placed = place_by_bits(image, detection, print, options, camera);
     if (placed && judge(print, options, *placed) == RefinementOutcome::Refined &&
         (!result.refined() || placed->covariance_px2.trace() < result.covariance_px2.trace()))
