@@ -290,7 +290,8 @@ std::array<double, 4> share_in_place(const SheetSteps& steps) {
 bool SheetComparison::confirms_bend() const {
   constexpr int kMinSteps = 12;
   constexpr double kMinInPlace = 0.9;
-  if (steps < kMinSteps || std::ranges::min(in_place) < kMinInPlace) return false;
+  constexpr double kMinCellPx = 3.5;  // blur moves the steps of smaller cells
+  if (steps < kMinSteps || cell_px < kMinCellPx || std::ranges::min(in_place) < kMinInPlace) return false;
   return bits_prefer_bend() || border_excludes_plane();
 }
 
