@@ -9,6 +9,8 @@
 
 #include "waymark/families/family.hpp"
 #include "waymark/tags/detector/tag_reader.hpp"
+#include "waymark/tags/refinement/bent_sheet.hpp"
+#include "waymark/tags/refinement/curved_border.hpp"
 
 namespace waymark::search {
 namespace {
@@ -300,10 +302,26 @@ bool BitGrid::align_overexposed(const ImageView& image, const ReadableFamily& fa
   return true;
 }
 
+namespace {
+
+/// Moves the corners to the intersections of the border's sides if these are curved and the bits agree with
+/// the curves. The corners of a bent tag must not be extrapolated from its bits.
+bool follow_curves(const ImageView& image, bool inverted, TagDetection& tag) {
+  const refinement::PrintedTag print{tag.tag, inverted};
+  const auto border = refinement::follow_border(image, print, tag.corners_px);
+  if (!border || !refinement::compare_sheets(image, print, *border, tag.corners_px).confirms_bend())
+    return false;
+  tag.corners_px = border->corners_px;
+  return true;
+}
+
+}  // namespace
+
 bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family, bool inverted,
                             TagDetection& tag) {
   constexpr float kMaxShiftCells = 0.3F;    // maximum shift of a corner [cell]
   constexpr float kMaxShiftPx = 0.75F;      // or in pixels
+  constexpr float kMayBeCurved = 0.4F;      // share of that shift above which the sides may be curved
   constexpr float kSharp = 0.2F;            // in cells; a step nearer than this counts as in place
   constexpr float kMinShareInPlace = 0.7F;  // minimum share of the weight of all steps
   Quad quad;
@@ -317,6 +335,7 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   float farthest = 0;
   for (std::size_t i = 0; i < 4; ++i) farthest = std::max(farthest, (moved[i] - quad[i]).norm());
   const float allowed = std::max(kMaxShiftPx, kMaxShiftCells * cell_px);
+  if (farthest >= kMayBeCurved * allowed && follow_curves(image, inverted, tag)) return true;
   if (farthest < allowed) return true;
   for (const bool with_border : {false, false, true, true}) {
     measure(image, moved, family, sign);
@@ -332,6 +351,7 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   }
   if (near < kMinShareInPlace * all) return false;
   for (std::size_t i = 0; i < 4; ++i) tag.corners_px[i] = moved[i].cast<double>();
+  follow_curves(image, inverted, tag);  // the plane is near enough to the border of a bent tag
   return true;
 }
 

@@ -8,8 +8,10 @@
 #include <Eigen/Cholesky>
 
 #include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/refinement/bent_sheet.hpp"
 #include "waymark/tags/refinement/bit_placement.hpp"
 #include "waymark/tags/refinement/cell_steps.hpp"
+#include "waymark/tags/refinement/curved_border.hpp"
 #include "waymark/tags/refinement/inner_bits.hpp"
 #include "waymark/tags/refinement/kept_corners.hpp"
 #include "waymark/tags/refinement/lens_bends.hpp"
@@ -81,6 +83,13 @@ Eigen::Matrix<double, 8, 1> displacements(const TagEstimate& estimate) {
   for (std::size_t k = 0; k < 4; ++k)
     both.segment<2>(2 * static_cast<Eigen::Index>(k)) = estimate.edges[k].head<2>();
   return both;
+}
+
+/// Whether a side bulges so much that the curvature may change along it.
+bool strongly_curved(const TagEstimate& estimate) {
+  constexpr double kMaxBulgePx = 1;
+  return std::ranges::any_of(estimate.edges,
+                             [](const EdgeVector& x) { return std::abs(x[kBend]) > kMaxBulgePx; });
 }
 
 double largest_shift(const Quad& from, const Quad& to, const std::array<EdgeFrame, 4>& edges) {
@@ -167,6 +176,7 @@ RefinementOutcome fit(const ImageView& image, const PrintedTag& print, const Qua
   result.noise = std::sqrt(estimate.noise_variance);
   result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
   result.pixels = tag.pixels;
+  result.curved = strongly_curved(estimate);
   return correct(inner_correction(image, print, tag, estimate), tag, border_is_uncertain, result);
 }
 
@@ -181,6 +191,25 @@ RefinementOutcome judge(const PrintedTag& print, const RefinementOptions& option
   const double largest = result.covariance_px2.diagonal().maxCoeff();
   if (!(largest < options.unrefined_sigma_px * options.unrefined_sigma_px)) return RefinementOutcome::PoorFit;
   return RefinementOutcome::Refined;
+}
+
+/// The corners of a border with curved sides, if the bits inside confirm that it is curved.
+std::optional<RefinedCorners> refine_curves(const ImageView& image, const TagDetection& detection,
+                                            const PrintedTag& print, const RefinementOptions& options) {
+  constexpr double kMinCellPx = 2.5;
+  const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
+  if (cell_px < std::max(kMinCellPx, options.min_cell_px)) return std::nullopt;
+  const auto border = follow_border(image, print, detection.corners_px);
+  if (!border || !is_convex(border->corners_px)) return std::nullopt;
+  if (!compare_sheets(image, print, *border, detection.corners_px).confirms_bend()) return std::nullopt;
+  return RefinedCorners{.outcome = RefinementOutcome::Refined,
+                        .corners_px = border->corners_px,
+                        .covariance_px2 = border->covariance_px2,
+                        .blur_px = options.blur_px,
+                        .contrast = print.outwards() * border->contrast,
+                        .noise = border->noise_px * border->contrast / options.blur_px,
+                        .pixels = border->crossings,
+                        .curved = true};
 }
 
 /// Whether it is worth trying to place the tag by its bits after this outcome.
@@ -252,7 +281,11 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
     result.outcome = fit(image, print, detection.corners_px, options, camera, border_is_uncertain, result);
   }
   if (result.refined()) result.outcome = judge(print, options, result);
-  if (border_is_uncertain || may_place_by_bits(result.outcome)) {
+  const bool by_bits = border_is_uncertain || may_place_by_bits(result.outcome);
+  if (by_bits || result.curved) {
+    if (const auto curves = refine_curves(image, detection, print, options)) return *curves;
+  }
+  if (by_bits) {
     const auto placed = place_by_bits(image, detection, print, options, camera);
     if (placed && judge(print, options, *placed) == RefinementOutcome::Refined &&
         (!result.refined() || placed->covariance_px2.trace() < result.covariance_px2.trace()))

@@ -97,6 +97,9 @@ struct RefinedCorners {
   /// The border contradicts the bits inside (because it is covered or glossy or has too narrow a white
   /// margin), so the corners were estimated from the bits alone.
   bool by_bits = false;
+  /// A side of the border bulges by more than a pixel, because the sheet is bent or because the camera moved
+  /// while a rolling shutter read the image. The corners are the intersections of the curves.
+  bool curved = false;
   /// Unreliable if neither the border nor the bits determined the corners (they contradict each other, or the
   /// fit moved too far from every starting point). In addition, the steps between cells must contradict the
   /// kept corners beyond their covariance.
