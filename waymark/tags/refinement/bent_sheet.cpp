@@ -288,11 +288,21 @@ std::array<double, 4> share_in_place(const SheetSteps& steps) {
 }  // namespace
 
 bool SheetComparison::confirms_bend() const {
+  return bits_are_in_place() && (bits_prefer_bend() || border_excludes_plane());
+}
+
+bool SheetComparison::allows_bend(const CurvedBorder& border) const {
+  constexpr double kCurved = 1.5;
+  constexpr double kStraight = 0.9;
+  constexpr double kNoise = 1e-5;  // cells^2
+  return bits_are_in_place() && if_bent < (is_curved(border) ? kCurved : kStraight) * if_flat + kNoise;
+}
+
+bool SheetComparison::bits_are_in_place() const {
   constexpr int kMinSteps = 12;
   constexpr double kMinInPlace = 0.9;
   constexpr double kMinCellPx = 3.5;  // blur moves the steps of smaller cells
-  if (steps < kMinSteps || cell_px < kMinCellPx || std::ranges::min(in_place) < kMinInPlace) return false;
-  return bits_prefer_bend() || border_excludes_plane();
+  return steps >= kMinSteps && cell_px >= kMinCellPx && std::ranges::min(in_place) >= kMinInPlace;
 }
 
 /// The bits agree clearly better with the bent sheet, and in no quarter clearly worse.

@@ -26,8 +26,12 @@ struct SheetComparison {
 
   /// Whether the bits confirm that this is the border of the tag and that it is curved.
   [[nodiscard]] bool confirms_bend() const;
+  /// Whether the bits agree with the bent sheet about as well as with the flat one, and better if the border
+  /// is straight: the sides of a bottle seen from the front are.
+  [[nodiscard]] bool allows_bend(const CurvedBorder& border) const;
 
  private:
+  [[nodiscard]] bool bits_are_in_place() const;
   [[nodiscard]] bool bits_prefer_bend() const;
   [[nodiscard]] bool border_excludes_plane() const;
 };

@@ -299,7 +299,8 @@ StepPlacement place_once(const ImageView& image, const PrintedTag& print, const 
   const double variance = fit.squares / std::max(1.0, fit.near - fit.unknowns);
   const double sigma_cells = std::sqrt(variance * worst);
   result.covariance_px2 = variance * M * inverse * M.transpose();
-  result.sigma_px = sigma_cells * mean_side_px(corners_px) / w;
+  result.cell_px = mean_side_px(corners_px) / w;
+  result.sigma_px = sigma_cells * result.cell_px;
   result.share = fit.near / std::max<double>(1, static_cast<double>(steps.count));
   result.bent = fit.unknowns > kFlat;
   return result;
@@ -322,6 +323,12 @@ StepPlacement place_by_steps(const ImageView& image, const PrintedTag& print, co
 bool enough_steps(const StepPlacement& steps) {
   constexpr double kLeastShare = 0.4;
   return steps.share >= kLeastShare;
+}
+
+bool agree(const StepPlacement& steps) {
+  constexpr double kSigmaPx = 0.2;  // of small or noisy tags
+  constexpr double kSigmaCells = 0.03;
+  return steps.sigma_px < std::max(kSigmaPx, kSigmaCells * steps.cell_px);
 }
 
 bool contradicts(const StepPlacement& steps, const CornerCovariance& covariance_px2) {

@@ -10,6 +10,7 @@ namespace waymark::refinement {
 struct StepPlacement {
   Quad shift_px{};      ///< from the given corners to those of the steps; at most about half a cell
   double sigma_px = 0;  ///< standard deviation of a coordinate of a shift, from the scatter of the steps
+  double cell_px = 0;   ///< mean side of a cell
   CornerCovariance covariance_px2 = CornerCovariance::Zero();  ///< of shift_px, from the scatter of the steps
   double share = 0;   ///< share of the expected steps that are visible and lie near this placement
   bool bent = false;  ///< the steps lie on curved lines: the tag or the lens bends them
@@ -23,6 +24,9 @@ struct StepPlacement {
 
 /// Whether enough of the expected steps are visible for the placement to be of use.
 [[nodiscard]] bool enough_steps(const StepPlacement& steps);
+
+/// Whether the steps agree on one placement, as far as blur and noise let them.
+[[nodiscard]] bool agree(const StepPlacement& steps);
 
 /// Whether the steps contradict corners with this covariance.
 [[nodiscard]] bool contradicts(const StepPlacement& steps, const CornerCovariance& covariance_px2);

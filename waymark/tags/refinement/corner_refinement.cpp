@@ -21,6 +21,7 @@ namespace waymark {
 namespace {
 
 using Eigen::Vector2d;
+using CornerVector = Eigen::Matrix<double, 8, 1>;
 using namespace refinement;  // the parts of this refinement
 
 constexpr int kMaxPasses = 4;
@@ -85,11 +86,18 @@ Eigen::Matrix<double, 8, 1> displacements(const TagEstimate& estimate) {
   return both;
 }
 
-/// Whether a side bulges so much that the curvature may change along it.
-bool strongly_curved(const TagEstimate& estimate) {
+/// Whether the sides bulge as no lens bends them, or so much that the curvature may change along them.
+bool may_be_bent(const TagEstimate& estimate, const TagBands& tag) {
   constexpr double kMaxBulgePx = 1;
-  return std::ranges::any_of(estimate.edges,
-                             [](const EdgeVector& x) { return std::abs(x[kBend]) > kMaxBulgePx; });
+  constexpr double kMaxBesidesLensPx = 0.06;
+  std::array<double, 4> bend_px{};
+  for (std::size_t k = 0; k < 4; ++k) bend_px[k] = estimate.edges[k][kBend];
+  const RadialField field = radial_field(tag.edges, bend_px);
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (std::abs(bend_px[k]) > kMaxBulgePx) return true;
+    if (std::abs(bend_px[k] - bulge_px(field, tag.edges[k])) > kMaxBesidesLensPx) return true;
+  }
+  return false;
 }
 
 double largest_shift(const Quad& from, const Quad& to, const std::array<EdgeFrame, 4>& edges) {
@@ -102,6 +110,12 @@ double largest_shift(const Quad& from, const Quad& to, const std::array<EdgeFram
   return largest;
 }
 
+/// What makes the fit of a flat tag uncertain.
+struct FitWarnings {
+  bool bits_disagree = false;  ///< nearly, with the border
+  bool sides_bulge = false;    ///< as those of a bent sheet may
+};
+
 void start(const RefinementOptions& options, const TagBands& tag, TagEstimate& estimate) {
   const double inner = level_at_rim(tag, false);
   estimate.mean << inner, level_at_rim(tag, true) - inner, std::log(options.blur_px);
@@ -113,7 +127,7 @@ void start(const RefinementOptions& options, const TagBands& tag, TagEstimate& e
 /// the covariance is scaled by the scale factor of the Particle Data Group ("Review of particle physics",
 /// section 5.2.2). The factor is squared, because without squaring it proved too small for white margins of a
 /// quarter of a cell.
-RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool& border_is_uncertain,
+RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, FitWarnings& warnings,
                           RefinedCorners& result) {
   constexpr double kContradictionSigmas = 4;
   constexpr double kAgreementSigmas = 2.5;
@@ -126,14 +140,14 @@ RefinementOutcome correct(const EdgeCorrection& inner, const TagBands& tag, bool
     result.corners_px[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
   const Eigen::Matrix<double, 8, 8> added = J * inner.covariance_px2 * J.transpose();
   const double apart = std::max(1.0, inner.worst_sigmas / kAgreementSigmas);
-  border_is_uncertain = apart > 1.0;
+  warnings.bits_disagree = apart > 1.0;
   const double scale = apart * apart;
   result.covariance_px2 = scale * scale * (result.covariance_px2 + 0.5 * (added + added.transpose()));
   return RefinementOutcome::Refined;
 }
 
 RefinementOutcome fit(const ImageView& image, const PrintedTag& print, const Quad& start_px,
-                      const RefinementOptions& options, const CameraModel* camera, bool& border_is_uncertain,
+                      const RefinementOptions& options, const CameraModel* camera, FitWarnings& warnings,
                       RefinedCorners& result) {
   // The shares of the outer colour are the same in an inverted print; only the sign of the step differs.
   const std::array<Surroundings, 4> near = tag_surroundings(print.id);
@@ -176,8 +190,8 @@ RefinementOutcome fit(const ImageView& image, const PrintedTag& print, const Qua
   result.noise = std::sqrt(estimate.noise_variance);
   result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
   result.pixels = tag.pixels;
-  result.curved = strongly_curved(estimate);
-  return correct(inner_correction(image, print, tag, estimate), tag, border_is_uncertain, result);
+  warnings.sides_bulge = may_be_bent(estimate, tag);
+  return correct(inner_correction(image, print, tag, estimate), tag, warnings, result);
 }
 
 RefinementOutcome judge(const PrintedTag& print, const RefinementOptions& options,
@@ -193,23 +207,41 @@ RefinementOutcome judge(const PrintedTag& print, const RefinementOptions& option
   return RefinementOutcome::Refined;
 }
 
-/// The corners of a border with curved sides, if the bits inside confirm that it is curved.
-std::optional<RefinedCorners> refine_curves(const ImageView& image, const TagDetection& detection,
-                                            const PrintedTag& print, const RefinementOptions& options) {
+/// The corners of a border with curved sides.
+struct Curves {
+  RefinedCorners corners;
+  bool confirmed = false;  ///< by the bits inside; otherwise these only allow such a border
+};
+
+/// Returns `nullopt` if the bits inside exclude that the sheet is bent.
+std::optional<Curves> refine_curves(const ImageView& image, const TagDetection& detection,
+                                    const PrintedTag& print, const RefinementOptions& options) {
   constexpr double kMinCellPx = 2.5;
   const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
   if (cell_px < std::max(kMinCellPx, options.min_cell_px)) return std::nullopt;
   const auto border = follow_border(image, print, detection.corners_px);
   if (!border || !is_convex(border->corners_px)) return std::nullopt;
-  if (!compare_sheets(image, print, *border, detection.corners_px).confirms_bend()) return std::nullopt;
-  return RefinedCorners{.outcome = RefinementOutcome::Refined,
-                        .corners_px = border->corners_px,
-                        .covariance_px2 = border->covariance_px2,
-                        .blur_px = options.blur_px,
-                        .contrast = print.outwards() * border->contrast,
-                        .noise = border->noise_px * border->contrast / options.blur_px,
-                        .pixels = border->crossings,
-                        .curved = true};
+  const SheetComparison sheets = compare_sheets(image, print, *border, detection.corners_px);
+  const bool confirmed = sheets.confirms_bend();
+  if (!confirmed && !sheets.allows_bend(*border)) return std::nullopt;
+  return Curves{.corners = {.outcome = RefinementOutcome::Refined,
+                            .corners_px = border->corners_px,
+                            .covariance_px2 = border->covariance_px2,
+                            .blur_px = options.blur_px,
+                            .contrast = print.outwards() * border->contrast,
+                            .noise = border->noise_px * border->contrast / options.blur_px,
+                            .pixels = border->crossings,
+                            .curved = true},
+                .confirmed = confirmed};
+}
+
+/// The bits allow both the given corners and those of the curves, so the covariance contains the difference.
+void include_difference(const Curves& curves, RefinedCorners& corners) {
+  constexpr double kChanceOfCurves = 0.5;
+  CornerVector apart;
+  for (std::size_t k = 0; k < 4; ++k)
+    apart.segment<2>(2 * static_cast<Eigen::Index>(k)) = curves.corners.corners_px[k] - corners.corners_px[k];
+  corners.covariance_px2 += kChanceOfCurves * (curves.corners.covariance_px2 + apart * apart.transpose());
 }
 
 /// Whether it is worth trying to place the tag by its bits after this outcome.
@@ -234,7 +266,7 @@ RefinedCorners keep(const ImageView& image, const PrintedTag& print, const Quad&
   const bool is_suspect =
       failed.state == CornerState::Unreliable || failed.outcome == RefinementOutcome::MovedTooFar;
   const bool is_explained = steps.bent && steps.share > kShareOfBent;
-  if (is_suspect && !is_explained && contradicts(steps, kept.covariance_px2))
+  if (is_suspect && !is_explained && (contradicts(steps, kept.covariance_px2) || !agree(steps)))
     kept.state = CornerState::Unreliable;
   const KeptCorners placed = kept.state == CornerState::Unreliable
                                  ? contradicted_corners(kept.outcome, print, corners_px, steps)
@@ -271,28 +303,35 @@ std::string_view to_string(RefinementOutcome outcome) {
 RefinedCorners refine_corners(const ImageView& image, const TagDetection& detection,
                               const RefinementOptions& options, const CameraModel* camera) {
   RefinedCorners result;
-  bool border_is_uncertain = false;
+  FitWarnings warnings;
   const bool known = usable(image, detection);
   const PrintedTag print =
       known ? printed_tag(image, detection.tag, detection.corners_px) : PrintedTag{detection.tag};
   if (known && cut_by_border(image, detection, options.border_px)) {
     result.outcome = RefinementOutcome::CutByBorder;
   } else if (known) {
-    result.outcome = fit(image, print, detection.corners_px, options, camera, border_is_uncertain, result);
+    result.outcome = fit(image, print, detection.corners_px, options, camera, warnings, result);
   }
   if (result.refined()) result.outcome = judge(print, options, result);
-  const bool by_bits = border_is_uncertain || may_place_by_bits(result.outcome);
-  if (by_bits || result.curved) {
-    if (const auto curves = refine_curves(image, detection, print, options)) return *curves;
+  const bool by_bits = warnings.bits_disagree || may_place_by_bits(result.outcome);
+  std::optional<Curves> curves;
+  if (by_bits || warnings.sides_bulge) curves = refine_curves(image, detection, print, options);
+  if (curves && curves->confirmed) return curves->corners;
+  if (curves && result.refined()) {
+    include_difference(*curves, result);
+    result.outcome = judge(print, options, result);
   }
   if (by_bits) {
-    const auto placed = place_by_bits(image, detection, print, options, camera);
+    auto placed = place_by_bits(image, detection, print, options, camera);
+    if (placed && curves) include_difference(*curves, *placed);
     if (placed && judge(print, options, *placed) == RefinementOutcome::Refined &&
         (!result.refined() || placed->covariance_px2.trace() < result.covariance_px2.trace()))
       return *placed;
   }
   if (result.refined()) return result;
-  return keep(image, print, detection.corners_px, options, result);
+  RefinedCorners kept = keep(image, print, detection.corners_px, options, result);
+  if (curves) include_difference(*curves, kept);
+  return kept;
 }
 
 }  // namespace waymark

@@ -221,8 +221,15 @@ bool intersect(Side& before, Side& after, Vector2d& corner) {
   return true;
 }
 
-Matrix8 covariance_of(const std::array<Side, 4>& sides) {
-  constexpr double kModelPx = 0.03;  // bends that the curves do not contain
+/// Variance of the bends that the curves do not contain [px^2]: the next orders are expected to be as much
+/// smaller as the last ones are. The weights were learnt from rendered tags on bent sheets.
+double variance_of_missing_bends(const Eigen::Vector3d& bulge_px) {
+  constexpr double kThirdOrder = 0.045;
+  constexpr double kFourthOrder = 0.067;
+  return std::pow(kThirdOrder * bulge_px[1], 2) + std::pow(kFourthOrder * bulge_px[2], 2);
+}
+
+Matrix8 covariance_of(const std::array<Side, 4>& sides, const std::array<Eigen::Vector3d, 4>& bulge_px) {
   Matrix8 ends = Matrix8::Zero();
   Matrix8 J = Matrix8::Zero();
   for (int k = 0; k < 4; ++k) {
@@ -230,7 +237,8 @@ Matrix8 covariance_of(const std::array<Side, 4>& sides) {
     Eigen::Matrix<double, 2, kCurve> at_ends;
     at_ends << legendre(side.begin).transpose(), legendre(side.end).transpose();
     ends.block<2, 2>(2 * k, 2 * k) = at_ends * side.covariance * at_ends.transpose();
-    ends.block<2, 2>(2 * k, 2 * k).diagonal().array() += kModelPx * kModelPx;
+    ends.block<2, 2>(2 * k, 2 * k).diagonal().array() +=
+        variance_of_missing_bends(bulge_px.at(static_cast<std::size_t>(k)));
     const int last = (k + 3) % 4;
     const Side& before = sides.at(static_cast<std::size_t>(last));
     Eigen::Matrix2d normals;
@@ -284,7 +292,6 @@ std::optional<CurvedBorder> follow_border(const ImageView& image, const PrintedT
     for (std::size_t k = 0; k < 4; ++k)
       if (!intersect(sides[(k + 3) % 4], sides[k], border.corners_px[k])) return std::nullopt;
   }
-  border.covariance_px2 = covariance_of(sides);
   double squares = 0;
   for (std::size_t k = 0; k < 4; ++k) {
     border.bulge_px[k] = bulge_of(sides[k], border.corners_px[k], border.corners_px[(k + 1) % 4]);
@@ -297,8 +304,16 @@ std::optional<CurvedBorder> follow_border(const ImageView& image, const PrintedT
     }
   }
   border.noise_px = std::sqrt(squares / std::max(1, border.crossings));
+  border.covariance_px2 = covariance_of(sides, border.bulge_px);
   if (!border.covariance_px2.allFinite()) return std::nullopt;
   return border;
+}
+
+bool is_curved(const CurvedBorder& border) {
+  constexpr double kStraightPx = 0.08;
+  return std::ranges::count_if(border.bulge_px, [](const Eigen::Vector3d& bulge) {
+           return std::abs(bulge[0]) > kStraightPx;
+         }) >= 2;
 }
 
 }  // namespace waymark::refinement

@@ -22,6 +22,9 @@ struct CurvedBorder {
   int crossings = 0;                          ///< number of places at which the border was found
 };
 
+/// Whether at least two sides are curved.
+[[nodiscard]] bool is_curved(const CurvedBorder& border);
+
 /// Follows the border from a quad that is near it. Each side is a curve of fourth order whose bends are small
 /// unless the image shows otherwise. Returns `nullopt` if a side is not visible along most of its length.
 /// O(length of the border); does not allocate.

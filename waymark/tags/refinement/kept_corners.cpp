@@ -18,11 +18,11 @@ struct KeptWeights {
 
 /// Printed by tools/learn_kept_corners.py.
 constexpr std::array<KeptWeights, kKeptCauses> kKeptWeights = {{
-    {0.19, 14, 0.18, 0.99},    // too small, 295 tags
-    {1.2, 3.2, 0.023, 0.19},   // low contrast, 107 tags
-    {11, 1.2, 0.22, 0.64},     // poor fit, 485 tags
-    {2.7, 11, 0.01, 0.4},      // moved too far, 858 tags
-    {4.3, 5.9, 0.011, 0.021},  // bent, 684 tags
+    {0.19, 14, 0.18, 0.99},   // too small, 295 tags
+    {1.2, 3.2, 0.023, 0.19},  // low contrast, 107 tags
+    {9.3, 3.6, 0.17, 0.6},    // poor fit, 558 tags
+    {2.4, 12, 0.01, 0.4},     // moved too far, 856 tags
+    {2, 17, 0.018, 0.041},    // bent, 102 tags
 }};
 
 /// Adds a variance to both coordinates of each corner.
