@@ -114,7 +114,18 @@ double largest_shift(const Quad& from, const Quad& to, const std::array<EdgeFram
 struct FitWarnings {
   bool bits_disagree = false;  ///< nearly, with the border
   bool sides_bulge = false;    ///< as those of a bent sheet may
+  bool levels_differ = false;  ///< from side to side, because of glare, a shadow or a cover
 };
+
+bool differ(const TagEstimate& estimate) {
+  constexpr double kShareOfStep = 0.15;
+  const auto spread = [&](Eigen::Index level) {
+    const auto [least, most] =
+        std::ranges::minmax(estimate.edges, {}, [&](const EdgeVector& x) { return x[level]; });
+    return most[level] - least[level];
+  };
+  return std::max(spread(kInnerLevel), spread(kStep)) > kShareOfStep * std::abs(estimate.mean[kStep - kOwn]);
+}
 
 void start(const RefinementOptions& options, const TagBands& tag, TagEstimate& estimate) {
   const double inner = level_at_rim(tag, false);
@@ -191,6 +202,7 @@ RefinementOutcome fit(const ImageView& image, const PrintedTag& print, const Qua
   result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
   result.pixels = tag.pixels;
   warnings.sides_bulge = may_be_bent(estimate, tag);
+  warnings.levels_differ = differ(estimate);
   return correct(inner_correction(image, print, tag, estimate), tag, warnings, result);
 }
 
@@ -205,6 +217,18 @@ RefinementOutcome judge(const PrintedTag& print, const RefinementOptions& option
   const double largest = result.covariance_px2.diagonal().maxCoeff();
   if (!(largest < options.unrefined_sigma_px * options.unrefined_sigma_px)) return RefinementOutcome::PoorFit;
   return RefinementOutcome::Refined;
+}
+
+/// Whether the steps between cells place the corners elsewhere. Unlike the fit of the border, they do not
+/// depend on the levels of the tag.
+bool steps_disagree(const ImageView& image, const PrintedTag& print, const RefinedCorners& refined) {
+  constexpr double kTypical = 0.2;  // mean normalised square of a shift; kept corners have large covariances
+  const StepPlacement steps = place_by_steps(image, print, refined.corners_px);
+  const CornerCovariance covariance_px2 = refined.covariance_px2 + step_covariance(KeptCause::PoorFit, steps);
+  CornerVector shift_px;
+  for (std::size_t k = 0; k < 4; ++k)
+    shift_px.segment<2>(2 * static_cast<Eigen::Index>(k)) = steps.shift_px[k];
+  return shift_px.dot(covariance_px2.llt().solve(shift_px)) > kTypical * static_cast<double>(shift_px.size());
 }
 
 /// The corners of a border with curved sides.
@@ -313,6 +337,8 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
     result.outcome = fit(image, print, detection.corners_px, options, camera, warnings, result);
   }
   if (result.refined()) result.outcome = judge(print, options, result);
+  if (result.refined() && warnings.levels_differ && !print.saturated && steps_disagree(image, print, result))
+    result.outcome = RefinementOutcome::PoorFit;
   const bool by_bits = warnings.bits_disagree || may_place_by_bits(result.outcome);
   std::optional<Curves> curves;
   if (by_bits || warnings.sides_bulge) curves = refine_curves(image, detection, print, options);
