@@ -26,8 +26,8 @@ struct SheetComparison {
 
   /// Whether the bits confirm that this is the border of the tag and that it is curved.
   [[nodiscard]] bool confirms_bend() const;
-  /// Whether the bits agree with the bent sheet about as well as with the flat one, and better if the border
-  /// is straight: the sides of a bottle seen from the front are.
+  /// Whether the bits agree with the bent sheet about as well as with the flat one. They must agree better if
+  /// the border is straight, as it is on a bottle seen from the front.
   [[nodiscard]] bool allows_bend(const CurvedBorder& border) const;
 
  private:
