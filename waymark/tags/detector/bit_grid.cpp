@@ -308,9 +308,11 @@ namespace {
 /// the curves. The corners of a bent tag must not be extrapolated from its bits.
 bool follow_curves(const ImageView& image, bool inverted, TagDetection& tag) {
   const refinement::PrintedTag print{tag.tag, inverted};
-  const auto border = refinement::follow_border(image, print, tag.corners_px);
-  if (!border || !refinement::compare_sheets(image, print, *border, tag.corners_px).confirms_bend())
-    return false;
+  auto border = refinement::follow_border(image, print, tag.corners_px);
+  if (!border) return false;
+  const auto sheets = refinement::compare_sheets(image, print, *border, tag.corners_px);
+  if (!sheets.confirms_bend()) return false;
+  move_outwards(print.outwards() * sheets.white_growth_px, sheets.white_growth_sigma_px, *border);
   tag.corners_px = border->corners_px;
   return true;
 }

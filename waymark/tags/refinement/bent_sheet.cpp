@@ -238,6 +238,46 @@ MeanSquares mean_squares(const SheetSteps& steps) {
   return sums;
 }
 
+/// By how much white cells have grown into black ones, with its standard deviation [cell].
+struct Growth {
+  double cells = 0;
+  double sigma = 0;
+};
+
+Growth white_growth(const SheetSteps& steps) {
+  constexpr int kIterations = 3;
+  constexpr int kMinSteps = 12;
+  Growth growth;
+  double beyond = kBeyondCells;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    double sum = 0;
+    double squares = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < steps.count; ++i) {
+      const SheetStep& step = steps.all[i];
+      if (!step.visible || step.side != kInside) continue;
+      const double here = step.rises ? -step.offset : step.offset;
+      if (std::abs(here - growth.cells) > beyond) continue;
+      sum += here;
+      squares += here * here;
+      ++count;
+    }
+    if (count < kMinSteps) return {};
+    growth.cells = sum / count;
+    const double variance = std::max(0.0, squares / count - growth.cells * growth.cells);
+    growth.sigma = std::sqrt(variance / count);
+    beyond = std::min(beyond, 3 * std::sqrt(variance) + 0.02);
+  }
+  return growth;
+}
+
+void remove_growth(const Growth& growth, SheetSteps& steps) {
+  for (std::size_t i = 0; i < steps.count; ++i) {
+    SheetStep& step = steps.all[i];
+    if (step.visible) step.offset += step.rises ? growth.cells : -growth.cells;
+  }
+}
+
 /// Fits a flat sheet, from the given corners.
 MeanSquares fit_flat(const ImageView& image, Quad corners_px, SheetSteps& steps) {
   constexpr std::array<double, 6> kBeyond = {0.6, 0.6, 0.4, 0.3, 0.3, 0.3};  // cells
@@ -248,11 +288,12 @@ MeanSquares fit_flat(const ImageView& image, Quad corners_px, SheetSteps& steps)
     if (!moved.allFinite() || !move_plane(moved, steps.cells, corners_px)) return {};
   }
   measure_steps(image, FlatSheet(corners_px, steps.cells), steps);
+  remove_growth(white_growth(steps), steps);
   return mean_squares(steps);
 }
 
 /// Fits the stretch of a bent sheet.
-MeanSquares fit_bent(const ImageView& image, BentSheet sheet, SheetSteps& steps) {
+MeanSquares fit_bent(const ImageView& image, BentSheet sheet, SheetSteps& steps, Growth& growth) {
   constexpr std::array<double, 3> kBeyond = {0.6, 0.3, 0.3};  // cells
   Stretch sigma;
   sigma << 0.4, 0.15, 0.15, 0.4, 0.15, 0.15;  // cells
@@ -262,6 +303,8 @@ MeanSquares fit_bent(const ImageView& image, BentSheet sheet, SheetSteps& steps)
     if (!sheet.stretch.allFinite()) return {};
   }
   measure_steps(image, sheet, steps);
+  growth = white_growth(steps);
+  remove_growth(growth, steps);
   return mean_squares(steps);
 }
 
@@ -340,7 +383,10 @@ SheetComparison compare_sheets(const ImageView& image, const PrintedTag& print, 
   result.border_if_flat = flat.side[1];
   result.cell_px = mean_side_px(border.corners_px) / steps.cells;
   result.flat_by_quarter = flat.quarter;
-  const MeanSquares bent = fit_bent(image, BentSheet(border, steps.cells), steps);
+  Growth growth;
+  const MeanSquares bent = fit_bent(image, BentSheet(border, steps.cells), steps, growth);
+  result.white_growth_px = growth.cells * result.cell_px;
+  result.white_growth_sigma_px = growth.sigma * result.cell_px;
   result.if_bent = bent.inside;
   result.bent_by_quarter = bent.quarter;
   result.in_place = share_in_place(steps);

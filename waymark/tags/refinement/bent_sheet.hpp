@@ -21,6 +21,8 @@ struct SheetComparison {
   std::array<double, 4> flat_by_quarter{};
   std::array<double, 4> in_place{};  ///< share of the steps in the outer rows of bits along each side that
                                      ///< are where the bent sheet places them
+  double white_growth_px = 0;        ///< of white cells into black ones, by a bent sheet's steps: gamma, ink
+  double white_growth_sigma_px = 0;  ///< standard deviation
   int steps = 0;
   double cell_px = 0;
 

@@ -243,11 +243,12 @@ std::optional<Curves> refine_curves(const ImageView& image, const TagDetection& 
   constexpr double kMinCellPx = 2.5;
   const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
   if (cell_px < std::max(kMinCellPx, options.min_cell_px)) return std::nullopt;
-  const auto border = follow_border(image, print, detection.corners_px);
+  auto border = follow_border(image, print, detection.corners_px);
   if (!border || !is_convex(border->corners_px)) return std::nullopt;
   const SheetComparison sheets = compare_sheets(image, print, *border, detection.corners_px);
   const bool confirmed = sheets.confirms_bend();
   if (!confirmed && !sheets.allows_bend(*border)) return std::nullopt;
+  move_outwards(print.outwards() * sheets.white_growth_px, sheets.white_growth_sigma_px, *border);
   return Curves{.corners = {.outcome = RefinementOutcome::Refined,
                             .corners_px = border->corners_px,
                             .covariance_px2 = border->covariance_px2,

@@ -221,6 +221,16 @@ bool intersect(Side& before, Side& after, Vector2d& corner) {
   return true;
 }
 
+/// The outward normal of a side at its end `t`, -1 or 1.
+Vector2d end_normal(const CurvedBorder& border, std::size_t side, double t) {
+  const Vector2d half = 0.5 * (border.corners_px[(side + 1) % 4] - border.corners_px[side]);
+  const Eigen::Vector3d& bulge = border.bulge_px[side];
+  const double slope_px = -2 * t * (bulge[0] + t * bulge[1] + bulge[2]);
+  const Vector2d outwards = Vector2d(half.y(), -half.x()).normalized();
+  const Vector2d along = half + slope_px * outwards;
+  return Vector2d(along.y(), -along.x()).normalized();
+}
+
 /// Variance of the bends that the curves do not contain [px^2]: the next orders are expected to be as much
 /// smaller as the last ones are. The weights were learnt from rendered tags on bent sheets.
 double variance_of_missing_bends(const Eigen::Vector3d& bulge_px) {
@@ -314,6 +324,21 @@ bool is_curved(const CurvedBorder& border) {
   return std::ranges::count_if(border.bulge_px, [](const Eigen::Vector3d& bulge) {
            return std::abs(bulge[0]) > kStraightPx;
          }) >= 2;
+}
+
+void move_outwards(double distance_px, double sigma_px, CurvedBorder& border) {
+  Eigen::Matrix<double, 8, 1> moved;  // by a distance of one pixel
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t last = (k + 3) % 4;
+    Eigen::Matrix2d normals;
+    normals << end_normal(border, last, 1).transpose(), end_normal(border, k, -1).transpose();
+    const Vector2d corner = normals.inverse() * Vector2d::Ones();
+    if (!corner.allFinite()) return;
+    moved.segment<2>(2 * static_cast<Eigen::Index>(k)) = corner;
+  }
+  for (std::size_t k = 0; k < 4; ++k)
+    border.corners_px[k] += distance_px * moved.segment<2>(2 * static_cast<Eigen::Index>(k));
+  border.covariance_px2 += sigma_px * sigma_px * moved * moved.transpose();
 }
 
 }  // namespace waymark::refinement

@@ -25,6 +25,9 @@ struct CurvedBorder {
 /// Whether at least two sides are curved.
 [[nodiscard]] bool is_curved(const CurvedBorder& border);
 
+/// Moves all sides outwards, with a standard deviation that is common to them.
+void move_outwards(double distance_px, double sigma_px, CurvedBorder& border);
+
 /// Follows the border from a quad that is near it. Each side is a curve of fourth order whose bends are small
 /// unless the image shows otherwise. Returns `nullopt` if a side is not visible along most of its length.
 /// O(length of the border); does not allocate.
