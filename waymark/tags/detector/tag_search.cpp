@@ -124,14 +124,17 @@ bool TagSearch::may_be_frame(const ImageView& image, const Component& component)
   return width < 0.95 * image.width || height < 0.95 * image.height;
 }
 
-/// Whether a tag has already been found at this quad. A tag printed inside another one is much smaller than
-/// it.
+/// Whether a tag has already been found at this quad. A tag printed inside another one, which may be found
+/// first, is much smaller than it.
 bool TagSearch::known(const Quad& quad) const {
   constexpr double kMaxInnerArea = 0.05;
+  constexpr double kMinOuterArea = 8;
   const Eigen::Vector2d middle = (0.5F * (quad[0] + quad[2])).cast<double>();
   const double size = area(quad);
   return std::ranges::any_of(found_, [&](const TagDetection& tag) {
-    return inside(tag.corners_px, middle) && size > kMaxInnerArea * area_of(tag.corners_px);
+    const double area_found = area_of(tag.corners_px);
+    return inside(tag.corners_px, middle) && size > kMaxInnerArea * area_found &&
+           size < kMinOuterArea * area_found;
   });
 }
 

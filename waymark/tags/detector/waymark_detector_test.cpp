@@ -186,6 +186,28 @@ TEST(WaymarkDetector, TheStrideDoesNotMatter) {
   EXPECT_EQ(a[0].decision_margin, b[0].decision_margin);
 }
 
+// The border of tagCustom48h12 is bright, that of tag36h11 dark: the inner tag is found first.
+TEST(WaymarkDetector, ATagInTheHoleOfATagOfAnotherFamilyHidesNeither) {
+  DetectorOptions options;
+  options.families = {"tag36h11", "tagCustom48h12"};
+  const auto detector = made(options);
+  for (int number = 0; number < 6; ++number) {
+    const TagId outer{FamilyId::TagCustom48h12, number};
+    const TagId inner{FamilyId::Tag36h11, number};
+    const TagCorners corners = in_the_middle(90, 0.2 * number);
+    TagCorners inner_corners = corners;
+    for (Eigen::Vector2d& corner : inner_corners)
+      corner = Eigen::Vector2d(100.3, 99.6) + 0.24 * (corner - Eigen::Vector2d(100.3, 99.6));
+    Image image(200, 200, 140);
+    paint_tag(image, outer, corners);
+    paint_tag(image, inner, inner_corners);
+    const auto found = detector->detect(image).value();
+    ASSERT_EQ(found.size(), 2U) << number;
+    EXPECT_EQ(found[0].tag, inner);
+    EXPECT_EQ(found[1].tag, outer);
+  }
+}
+
 TEST(WaymarkDetector, TooLargeImagesAreRejected) {
   const std::uint8_t pixel = 0;
   const auto narrow = made()->detect({&pixel, 40, 40, 39});
