@@ -41,7 +41,9 @@ TEST(ParseTagSizes, ReadsADefaultAndSizesById) {
   const auto some = parse_tag_sizes({"7=0.08"});
   ASSERT_TRUE(some);
   EXPECT_FALSE(some->size_m({FamilyId::Tag36h11, 1})) << "there is no size for other tags";
-  EXPECT_EQ(parse_tag_sizes({"0.1", "0.2"})->default_size_m, 0.2) << "the last one is used";
+  EXPECT_EQ(parse_tag_sizes({"0.1", "7=0.2", "0.1", "7=0.2"})->default_size_m, 0.1);
+  for (const auto& two : std::vector<std::vector<std::string>>{{"0.1", "0.2"}, {"7=0.1", "tag36h11:7=0.2"}})
+    EXPECT_EQ(parse_tag_sizes(two).error().place.key, "tag_size_m") << "contradicting sizes";
   EXPECT_TRUE(parse_tag_sizes({}));
 }
 

@@ -43,6 +43,12 @@ Result<double> parse_size_m(const std::string& text, const std::string& whole) {
       "Measure the side of the square where black border meets white, for example `tag_size_m=0.16`.");
 }
 
+tl::unexpected<Error> two_sizes(const std::string& tags, double first_m, double second_m) {
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("two sizes for {}: {} and {} m", tags, first_m, second_m), {.key = "tag_size_m"},
+              "Give one size for each tag, and one for all others.");
+}
+
 }  // namespace
 
 std::vector<FamilyId> families_of(const TagFinder& finder) {
@@ -79,12 +85,15 @@ Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words, Searched
         parse_size_m(equals == std::string::npos ? word : word.substr(equals + 1), word);
     if (!size) return tl::unexpected(size.error());
     if (equals == std::string::npos) {
+      if (sizes.default_size_m && *sizes.default_size_m != *size)
+        return two_sizes("tags", *sizes.default_size_m, *size);
       sizes.default_size_m = *size;
       continue;
     }
     const Result<TagId> tag = tag_named(word.substr(0, equals), "tag_size_m", families);
     if (!tag) return tl::unexpected(tag.error());
-    sizes.size_by_tag_m[*tag] = *size;
+    const auto [entry, is_new] = sizes.size_by_tag_m.try_emplace(*tag, *size);
+    if (!is_new && entry->second != *size) return two_sizes(to_string(*tag), entry->second, *size);
   }
   return sizes;
 }
