@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/calibration_file.hpp"
+#include "waymark/tags/detector.hpp"
 
 namespace waymark {
 
@@ -188,6 +190,11 @@ class ImageReader {
   }
 
   Status find_board(const ImageView& image, TargetImage& photo) {
+    if (std::int64_t{image.width} * image.height > kMaxImagePixels)  // OpenCV would take minutes
+      return fail(ErrorCode::LimitExceeded,
+                  fmt::format("image of {} x {} px is too large", image.width, image.height),
+                  {.source = photo.report.image},
+                  fmt::format("Crop or scale it to at most {} pixels.", kMaxImagePixels));
     auto marks = target_.find(image, {});
     if (!marks) return tl::unexpected(marks.error());
     photo.marks = std::move(marks->marks);
