@@ -118,7 +118,7 @@ struct FitWarnings {
 };
 
 bool differ(const TagEstimate& estimate) {
-  constexpr double kShareOfStep = 0.15;
+  constexpr double kShareOfStep = 0.08;
   const auto spread = [&](Eigen::Index level) {
     const auto [least, most] =
         std::ranges::minmax(estimate.edges, {}, [&](const EdgeVector& x) { return x[level]; });
@@ -231,6 +231,29 @@ bool steps_disagree(const ImageView& image, const PrintedTag& print, const Refin
   return shift_px.dot(covariance_px2.llt().solve(shift_px)) > kTypical * static_cast<double>(shift_px.size());
 }
 
+CornerVector difference_px(const Quad& from, const Quad& to) {
+  CornerVector apart;
+  for (std::size_t k = 0; k < 4; ++k) apart.segment<2>(2 * static_cast<Eigen::Index>(k)) = to[k] - from[k];
+  return apart;
+}
+
+/// If corners may be these or others, their covariance contains the difference.
+void include_difference(const Quad& others_px, RefinedCorners& corners) {
+  constexpr double kChanceOfOthers = 0.5;
+  const CornerVector apart = difference_px(corners.corners_px, others_px);
+  corners.covariance_px2 += kChanceOfOthers * apart * apart.transpose();
+}
+
+/// The same, unless both agree within their covariances.
+void include_difference(const RefinedCorners& others, RefinedCorners& corners) {
+  constexpr double kAgreement = 2;  // mean normalised square of a coordinate
+  const CornerVector apart = difference_px(corners.corners_px, others.corners_px);
+  const CornerCovariance both = corners.covariance_px2 + others.covariance_px2;
+  if (apart.dot(both.llt().solve(apart)) < kAgreement * static_cast<double>(apart.size())) return;
+  include_difference(others.corners_px, corners);
+  corners.covariance_px2 += 0.5 * others.covariance_px2;
+}
+
 /// The corners of a border with curved sides.
 struct Curves {
   RefinedCorners corners;
@@ -241,6 +264,7 @@ struct Curves {
 std::optional<Curves> refine_curves(const ImageView& image, const TagDetection& detection,
                                     const PrintedTag& print, const RefinementOptions& options) {
   constexpr double kMinCellPx = 2.5;
+  constexpr double kWellBent = 8e-4;  // cells^2
   const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
   if (cell_px < std::max(kMinCellPx, options.min_cell_px)) return std::nullopt;
   auto border = follow_border(image, print, detection.corners_px);
@@ -249,7 +273,7 @@ std::optional<Curves> refine_curves(const ImageView& image, const TagDetection& 
   const bool confirmed = sheets.confirms_bend();
   if (!confirmed && !sheets.allows_bend(*border)) return std::nullopt;
   move_outwards(print.outwards() * sheets.white_growth_px, sheets.white_growth_sigma_px, *border);
-  return Curves{.corners = {.outcome = RefinementOutcome::Refined,
+  Curves curves{.corners = {.outcome = RefinementOutcome::Refined,
                             .corners_px = border->corners_px,
                             .covariance_px2 = border->covariance_px2,
                             .blur_px = options.blur_px,
@@ -258,15 +282,9 @@ std::optional<Curves> refine_curves(const ImageView& image, const TagDetection& 
                             .pixels = border->crossings,
                             .curved = true},
                 .confirmed = confirmed};
-}
-
-/// The bits allow both the given corners and those of the curves, so the covariance contains the difference.
-void include_difference(const Curves& curves, RefinedCorners& corners) {
-  constexpr double kChanceOfCurves = 0.5;
-  CornerVector apart;
-  for (std::size_t k = 0; k < 4; ++k)
-    apart.segment<2>(2 * static_cast<Eigen::Index>(k)) = curves.corners.corners_px[k] - corners.corners_px[k];
-  corners.covariance_px2 += kChanceOfCurves * (curves.corners.covariance_px2 + apart * apart.transpose());
+  // A cover over one side explains this, too.
+  if (sheets.if_bent > kWellBent) include_difference(detection.corners_px, curves.corners);
+  return curves;
 }
 
 /// Whether it is worth trying to place the tag by its bits after this outcome.
@@ -343,21 +361,22 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
   const bool by_bits = warnings.bits_disagree || may_place_by_bits(result.outcome);
   std::optional<Curves> curves;
   if (by_bits || warnings.sides_bulge) curves = refine_curves(image, detection, print, options);
-  if (curves && curves->confirmed) return curves->corners;
+  if (curves && curves->confirmed && judge(print, options, curves->corners) == RefinementOutcome::Refined)
+    return curves->corners;
   if (curves && result.refined()) {
-    include_difference(*curves, result);
+    include_difference(curves->corners, result);
     result.outcome = judge(print, options, result);
   }
   if (by_bits) {
     auto placed = place_by_bits(image, detection, print, options, camera);
-    if (placed && curves) include_difference(*curves, *placed);
+    if (placed && curves) include_difference(curves->corners, *placed);
     if (placed && judge(print, options, *placed) == RefinementOutcome::Refined &&
         (!result.refined() || placed->covariance_px2.trace() < result.covariance_px2.trace()))
       return *placed;
   }
   if (result.refined()) return result;
   RefinedCorners kept = keep(image, print, detection.corners_px, options, result);
-  if (curves) include_difference(*curves, kept);
+  if (curves) include_difference(curves->corners, kept);
   return kept;
 }
 

@@ -20,9 +20,9 @@ struct KeptWeights {
 constexpr std::array<KeptWeights, kKeptCauses> kKeptWeights = {{
     {0.19, 14, 0.18, 0.99},   // too small, 295 tags
     {1.2, 3.2, 0.023, 0.19},  // low contrast, 107 tags
-    {9.3, 3.6, 0.17, 0.6},    // poor fit, 558 tags
-    {2.4, 12, 0.01, 0.4},     // moved too far, 856 tags
-    {2, 17, 0.018, 0.041},    // bent, 102 tags
+    {13, 4.4, 0.023, 0.42},   // poor fit, 801 tags
+    {2.4, 12, 0.01, 0.4},     // moved too far, 855 tags
+    {2.1, 17, 0.018, 0.041},  // bent, 101 tags
 }};
 
 /// Adds a variance to both coordinates of each corner.
