@@ -323,7 +323,7 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
                             TagDetection& tag) {
   constexpr float kMaxShiftCells = 0.3F;    // maximum shift of a corner [cell]
   constexpr float kMaxShiftPx = 0.75F;      // or in pixels
-  constexpr float kMayBeCurved = 0.4F;      // share of that shift above which the sides may be curved
+  constexpr float kLeastBentCellPx = 3.3F;  // smaller ones confirm no bend
   constexpr float kSharp = 0.2F;            // in cells; a step nearer than this counts as in place
   constexpr float kMinShareInPlace = 0.7F;  // minimum share of the weight of all steps
   Quad quad;
@@ -337,7 +337,6 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   float farthest = 0;
   for (std::size_t i = 0; i < 4; ++i) farthest = std::max(farthest, (moved[i] - quad[i]).norm());
   const float allowed = std::max(kMaxShiftPx, kMaxShiftCells * cell_px);
-  if (farthest >= kMayBeCurved * allowed && follow_curves(image, inverted, tag)) return true;
   if (farthest < allowed) return true;
   for (const bool with_border : {false, false, true, true}) {
     measure(image, moved, family, sign);
@@ -353,7 +352,7 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   }
   if (near < kMinShareInPlace * all) return false;
   for (std::size_t i = 0; i < 4; ++i) tag.corners_px[i] = moved[i].cast<double>();
-  follow_curves(image, inverted, tag);  // the plane is near enough to the border of a bent tag
+  if (cell_px > kLeastBentCellPx) follow_curves(image, inverted, tag);
   return true;
 }
 

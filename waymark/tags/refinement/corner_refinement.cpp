@@ -263,7 +263,7 @@ struct Curves {
 /// Returns `nullopt` if the bits inside exclude that the sheet is bent.
 std::optional<Curves> refine_curves(const ImageView& image, const TagDetection& detection,
                                     const PrintedTag& print, const RefinementOptions& options) {
-  constexpr double kMinCellPx = 2.5;
+  constexpr double kMinCellPx = 3.3;  // smaller ones confirm no bend
   constexpr double kWellBent = 8e-4;  // cells^2
   const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
   if (cell_px < std::max(kMinCellPx, options.min_cell_px)) return std::nullopt;
