@@ -323,6 +323,7 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
                             TagDetection& tag) {
   constexpr float kMaxShiftCells = 0.3F;    // maximum shift of a corner [cell]
   constexpr float kMaxShiftPx = 0.75F;      // or in pixels
+  constexpr float kMayBeCurved = 0.4F;      // share of that shift above which the sides may be curved
   constexpr float kLeastBentCellPx = 3.3F;  // smaller ones confirm no bend
   constexpr float kSharp = 0.2F;            // in cells; a step nearer than this counts as in place
   constexpr float kMinShareInPlace = 0.7F;  // minimum share of the weight of all steps
@@ -337,6 +338,8 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   float farthest = 0;
   for (std::size_t i = 0; i < 4; ++i) farthest = std::max(farthest, (moved[i] - quad[i]).norm());
   const float allowed = std::max(kMaxShiftPx, kMaxShiftCells * cell_px);
+  const bool may_be_bent = cell_px > kLeastBentCellPx;
+  if (may_be_bent && farthest >= kMayBeCurved * allowed && follow_curves(image, inverted, tag)) return true;
   if (farthest < allowed) return true;
   for (const bool with_border : {false, false, true, true}) {
     measure(image, moved, family, sign);
@@ -352,7 +355,7 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   }
   if (near < kMinShareInPlace * all) return false;
   for (std::size_t i = 0; i < 4; ++i) tag.corners_px[i] = moved[i].cast<double>();
-  if (cell_px > kLeastBentCellPx) follow_curves(image, inverted, tag);
+  if (may_be_bent) follow_curves(image, inverted, tag);
   return true;
 }
 

@@ -280,7 +280,7 @@ void remove_growth(const Growth& growth, SheetSteps& steps) {
 
 /// Fits a flat sheet, from the given corners.
 MeanSquares fit_flat(const ImageView& image, Quad corners_px, SheetSteps& steps) {
-  constexpr std::array<double, 4> kBeyond = {0.6, 0.4, 0.3, 0.3};  // cells
+  constexpr std::array<double, 6> kBeyond = {0.6, 0.6, 0.4, 0.3, 0.3, 0.3};  // cells
   for (const double beyond : kBeyond) {
     measure_steps(image, FlatSheet(corners_px, steps.cells), steps);
     const PlaneShift moved =

@@ -287,6 +287,13 @@ std::optional<Curves> refine_curves(const ImageView& image, const TagDetection& 
   return curves;
 }
 
+/// Whether corners that were placed by the bits are to be used instead of those of the border.
+bool better(const RefinedCorners& placed, const RefinedCorners& by_border, const PrintedTag& print,
+            const RefinementOptions& options) {
+  return judge(print, options, placed) == RefinementOutcome::Refined &&
+         (!by_border.refined() || placed.covariance_px2.trace() < by_border.covariance_px2.trace());
+}
+
 /// Whether it is worth trying to place the tag by its bits after this outcome.
 bool may_place_by_bits(RefinementOutcome outcome) {
   return outcome == RefinementOutcome::TooLittleSeen || outcome == RefinementOutcome::LowContrast ||
@@ -358,21 +365,23 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
   if (result.refined()) result.outcome = judge(print, options, result);
   if (result.refined() && warnings.levels_differ && !print.saturated && steps_disagree(image, print, result))
     result.outcome = RefinementOutcome::PoorFit;
-  const bool by_bits = warnings.bits_disagree || may_place_by_bits(result.outcome);
+  std::optional<RefinedCorners> placed;
+  if (warnings.bits_disagree || may_place_by_bits(result.outcome)) {
+    placed = place_by_bits(image, detection, print, options, camera);
+    if (placed && !better(*placed, result, print, options)) placed.reset();
+  }
   std::optional<Curves> curves;
-  if (by_bits || warnings.sides_bulge) curves = refine_curves(image, detection, print, options);
+  if (placed || warnings.sides_bulge || may_place_by_bits(result.outcome))
+    curves = refine_curves(image, detection, print, options);
   if (curves && curves->confirmed && judge(print, options, curves->corners) == RefinementOutcome::Refined)
     return curves->corners;
   if (curves && result.refined()) {
     include_difference(curves->corners, result);
     result.outcome = judge(print, options, result);
   }
-  if (by_bits) {
-    auto placed = place_by_bits(image, detection, print, options, camera);
-    if (placed && curves) include_difference(curves->corners, *placed);
-    if (placed && judge(print, options, *placed) == RefinementOutcome::Refined &&
-        (!result.refined() || placed->covariance_px2.trace() < result.covariance_px2.trace()))
-      return *placed;
+  if (placed) {
+    if (curves) include_difference(curves->corners, *placed);
+    if (better(*placed, result, print, options)) return *placed;
   }
   if (result.refined()) return result;
   RefinedCorners kept = keep(image, print, detection.corners_px, options, result);

@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 constexpr int kCurve = 5;  ///< coefficients of a side: Legendre polynomials of order 0 to 4
 using CurveVector = Eigen::Matrix<double, kCurve, 1>;
 using CurveMatrix = Eigen::Matrix<double, kCurve, kCurve>;
-constexpr std::size_t kMaxCrossings = 24;
+constexpr std::size_t kMaxCrossings = 40;
 
 CurveVector legendre(double t) {
   const double s = t * t;
@@ -281,7 +281,7 @@ Eigen::Vector3d bulge_of(const Side& side, const Vector2d& from, const Vector2d&
 
 std::optional<CurvedBorder> follow_border(const ImageView& image, const PrintedTag& print,
                                           const Quad& near_px) {
-  constexpr int kRounds = 3;
+  constexpr int kRounds = 4;
   constexpr double kReachCells = 0.8;  // the border is one cell wide, and so may be the margin
   constexpr double kFinalReachPx = 3;
   constexpr double kMarginPx = 1.5;
