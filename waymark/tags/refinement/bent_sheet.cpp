@@ -80,7 +80,7 @@ using Stretch = Eigen::Matrix<double, 6, 1>;
 Stretch stretch_row(int axis, double s, double t) {
   Stretch row = Stretch::Zero();
   const double at = axis == 0 ? s : t;
-  row.segment<3>(3 * axis) = (1 - at * at) * Eigen::Vector3d(1, s, t);
+  row.segment<3>(Eigen::Index{3} * axis) = (1 - at * at) * Eigen::Vector3d(1, s, t);
   return row;
 }
 
@@ -188,7 +188,7 @@ using PlaneShift = Eigen::Matrix<double, 8, 1>;
 PlaneShift plane_row(int axis, double s, double t) {
   PlaneShift row = PlaneShift::Zero();
   const double at = axis == 0 ? s : t;
-  row.segment<3>(3 * axis) << 1, s, t;
+  row.segment<3>(Eigen::Index{3} * axis) << 1, s, t;
   row.tail<2>() << at * s, at * t;
   return row;
 }

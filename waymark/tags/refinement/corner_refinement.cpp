@@ -22,7 +22,7 @@ namespace {
 
 using Eigen::Vector2d;
 using CornerVector = Eigen::Matrix<double, 8, 1>;
-using namespace refinement;  // the parts of this refinement
+using namespace refinement;  // NOLINT(google-build-using-namespace): the parts of this refinement
 
 constexpr int kMaxPasses = 4;
 constexpr int kMaxIterations = 6;

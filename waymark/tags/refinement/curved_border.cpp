@@ -242,14 +242,14 @@ double variance_of_missing_bends(const Eigen::Vector3d& bulge_px) {
 Matrix8 covariance_of(const std::array<Side, 4>& sides, const std::array<Eigen::Vector3d, 4>& bulge_px) {
   Matrix8 ends = Matrix8::Zero();
   Matrix8 J = Matrix8::Zero();
-  for (int k = 0; k < 4; ++k) {
+  for (Eigen::Index k = 0; k < 4; ++k) {
     const Side& side = sides.at(static_cast<std::size_t>(k));
     Eigen::Matrix<double, 2, kCurve> at_ends;
     at_ends << legendre(side.begin).transpose(), legendre(side.end).transpose();
     ends.block<2, 2>(2 * k, 2 * k) = at_ends * side.covariance * at_ends.transpose();
     ends.block<2, 2>(2 * k, 2 * k).diagonal().array() +=
         variance_of_missing_bends(bulge_px.at(static_cast<std::size_t>(k)));
-    const int last = (k + 3) % 4;
+    const Eigen::Index last = (k + 3) % 4;
     const Side& before = sides.at(static_cast<std::size_t>(last));
     Eigen::Matrix2d normals;
     normals << before.normal_at(before.end).transpose(), side.normal_at(side.begin).transpose();
