@@ -345,7 +345,8 @@ bool SheetComparison::bits_are_in_place() const {
   constexpr int kMinSteps = 12;
   constexpr double kMinInPlace = 0.9;
   constexpr double kMinCellPx = 3.5;  // blur moves the steps of smaller cells
-  return steps >= kMinSteps && cell_px >= kMinCellPx && std::ranges::min(in_place) >= kMinInPlace;
+  return steps >= kMinSteps && cell_px >= kMinCellPx &&
+         *std::min_element(in_place.begin(), in_place.end()) >= kMinInPlace;
 }
 
 /// The bits agree clearly better with the bent sheet, and in no quarter clearly worse.

@@ -120,9 +120,13 @@ struct FitWarnings {
 bool differ(const TagEstimate& estimate) {
   constexpr double kShareOfStep = 0.08;
   const auto spread = [&](Eigen::Index level) {
-    const auto [least, most] =
-        std::ranges::minmax(estimate.edges, {}, [&](const EdgeVector& x) { return x[level]; });
-    return most[level] - least[level];
+    double least = estimate.edges[0][level];
+    double most = least;
+    for (const EdgeVector& x : estimate.edges) {
+      least = std::min(least, x[level]);
+      most = std::max(most, x[level]);
+    }
+    return most - least;
   };
   return std::max(spread(kInnerLevel), spread(kStep)) > kShareOfStep * std::abs(estimate.mean[kStep - kOwn]);
 }

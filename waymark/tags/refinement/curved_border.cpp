@@ -321,9 +321,9 @@ std::optional<CurvedBorder> follow_border(const ImageView& image, const PrintedT
 
 bool is_curved(const CurvedBorder& border) {
   constexpr double kStraightPx = 0.08;
-  return std::ranges::count_if(border.bulge_px, [](const Eigen::Vector3d& bulge) {
-           return std::abs(bulge[0]) > kStraightPx;
-         }) >= 2;
+  int curved = 0;
+  for (const Eigen::Vector3d& bulge : border.bulge_px) curved += std::abs(bulge[0]) > kStraightPx ? 1 : 0;
+  return curved >= 2;
 }
 
 void move_outwards(double distance_px, double sigma_px, CurvedBorder& border) {
