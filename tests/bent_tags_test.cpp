@@ -84,12 +84,13 @@ Compared compare(const BentTagOptions& options, std::uint64_t first_seed, int ta
   std::printf(
       "%-9s %5.2f, %3.0f px, blur %.1f: found %3d (AprilTag 3 %3d) of %3d, refined %3.0f %%, unreliable %d, "
       "wrong %d; "
-      "corners %.3f px, refined %.3f (promised %.3f, NEES/8 %.2f); AprilTag 3 %.3f, refined %.3f (NEES/8 "
+      "corners %.3f px, refined %.3f (promised %.3f, NEES/8 %.2f, %d far off); AprilTag 3 %.3f, refined %.3f "
+      "(NEES/8 "
       "%.2f)\n",
       std::string(testing::to_string(options.bend)).c_str(), options.amount, options.size_px, options.blur_px,
       sum.found, sum.found_by_library, sum.tags, 100 * sum.share_refined(), sum.unreliable, sum.wrong,
       sum.own.rmse_before_px(), sum.own.rmse_px(), sum.own.promised_px(), sum.own.nees_tag(),
-      sum.library.rmse_before_px(), sum.library.rmse_px(), sum.library.nees_tag());
+      sum.own.far_off(), sum.library.rmse_before_px(), sum.library.rmse_px(), sum.library.nees_tag());
   return sum;
 }
 
@@ -122,6 +123,7 @@ TEST_P(BentTags, HaveBetterCornersThanAprilTag3s) {
   EXPECT_LE(sum.own.rmse_before_px(), 1.02 * sum.library.rmse_before_px());
   EXPECT_LE(sum.own.rmse_px(), 0.5 * sum.library.rmse_before_px());
   EXPECT_EQ(sum.wrong, 0);
+  EXPECT_LE(sum.own.far_off(), 1);
   EXPECT_LT(sum.own.nees_tag(), 2);
   EXPECT_GT(sum.own.nees_tag(), 0.4);
 }

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
+#include "tests/support/corner_table.hpp"
 #include "tests/support/kept_tags.hpp"
 #include "waymark/tags/refinement/corner_refinement.hpp"
 
@@ -45,21 +46,6 @@ struct CauseScores {
   }
 };
 
-/// Number of corners that are both more than 5 standard deviations and more than 0.5 px off.
-int far_corners(const Kept& kept) {
-  constexpr double kSigmas = 5;
-  constexpr double kLeastErrorPx = 0.5;
-  int far = 0;
-  for (Eigen::Index at = 0; at < 8; at += 2) {
-    const Eigen::Vector2d error = kept.error.segment<2>(at);
-    const Eigen::Matrix2d covariance = kept.corners.covariance_px2.block<2, 2>(at, at);
-    const bool beyond =
-        error.norm() > kLeastErrorPx && error.dot(covariance.llt().solve(error)) > kSigmas * kSigmas;
-    far += beyond ? 1 : 0;
-  }
-  return far;
-}
-
 TEST(KeptCorners, AreConsistentForEachCause) {
   std::map<std::string, CauseScores> causes;
   CauseScores all;
@@ -69,7 +55,8 @@ TEST(KeptCorners, AreConsistentForEachCause) {
       ASSERT_EQ(Eigen::LLT<CornerCovariance>(kept.corners.covariance_px2).info(), Eigen::Success);
       causes[kept.print.saturated ? "saturated" : std::string(to_string(kept.corners.outcome))].add(kept);
       all.add(kept);
-      if (kept.corners.state == CornerState::Measured) far += far_corners(kept);
+      if (kept.corners.state == CornerState::Measured)
+        far += testing::corners_far_off(kept.error, kept.corners.covariance_px2);
     }
   }
   std::cout

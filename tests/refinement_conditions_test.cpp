@@ -26,24 +26,14 @@ using testing::CornerLine;
 
 struct Outcome {
   CornerLine all;  ///< refined or not
+  CornerLine refined_only;
   int refined = 0;
   int worse = 0;  ///< less accurate than the detector's corners
-  int wild = 0;   ///< refined, but off by more than 0.5 px and 5 sigma
 
   [[nodiscard]] double share(int count) const {
     return count / std::max<double>(1.0, static_cast<double>(all.tags()));
   }
 };
-
-bool wild(const RefinedCorners& result, const TrueTag& truth) {
-  for (std::size_t k = 0; result.refined() && k < 4; ++k) {
-    const Eigen::Vector2d error = result.corners_px[k] - truth.corners_px[k];
-    const auto at = 2 * static_cast<Eigen::Index>(k);
-    const Eigen::Matrix2d covariance = result.covariance_px2.block<2, 2>(at, at);
-    if (error.norm() > 0.5 && error.dot(covariance.llt().solve(error)) > 25) return true;
-  }
-  return false;
-}
 
 double squared_error(const std::array<Eigen::Vector2d, 4>& corners, const TrueTag& truth) {
   double sum = 0;
@@ -64,15 +54,18 @@ Outcome measure(const std::string& name, const CameraChain& chain, int tags) {
       const RefinedCorners result = refine_corners(photo.image, found);
       outcome.all.add(photo.truth.corners_px, found.corners_px, result.corners_px, result.covariance_px2);
       outcome.refined += result.refined() ? 1 : 0;
-      outcome.wild += wild(result, photo.truth) ? 1 : 0;
+      if (result.refined())
+        outcome.refined_only.add(photo.truth.corners_px, found.corners_px, result.corners_px,
+                                 result.covariance_px2);
       outcome.worse +=
           squared_error(result.corners_px, photo.truth) > squared_error(found.corners_px, photo.truth) ? 1
                                                                                                        : 0;
     }
   }
   outcome.all.print(name);
-  std::printf("  refined %.0f %%, worse than the detector's %.1f %%, wild %d\n",
-              100 * outcome.share(outcome.refined), 100 * outcome.share(outcome.worse), outcome.wild);
+  std::printf("  refined %.0f %%, worse than the detector's %.1f %%, %d corners far off\n",
+              100 * outcome.share(outcome.refined), 100 * outcome.share(outcome.worse),
+              outcome.refined_only.far_off());
   return outcome;
 }
 
@@ -93,7 +86,7 @@ TEST(RefinementConditions, AreConsistentUnderEachEffectAlone) {
     EXPECT_GT(outcome.all.nees_tag(), full() ? 0.5 : 0.3) << name;
     EXPECT_LT(outcome.all.nees_tag(), full() ? 2.0 : 2.5)
         << name;  // 16 tags: the mean has a standard deviation of 13 %
-    EXPECT_EQ(outcome.wild, 0) << name;
+    EXPECT_EQ(outcome.refined_only.far_off(), 0) << name;
     EXPECT_LE(outcome.all.rmse_px(), outcome.all.rmse_before_px()) << name;
   }
 }

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
+#include "tests/support/corner_table.hpp"
 #include "waymark/simulation/render/photograph.hpp"
 #include "waymark/tags/straight_view.hpp"
 #include "waymark/tags/tag_finder.hpp"
@@ -55,7 +56,7 @@ PhotographScene scene_of(const std::vector<double>& off_axis_deg, Random& random
 struct Outcome {
   int tags = 0;  ///< entirely visible
   int refined = 0;
-  int wild = 0;                  ///< off by more than 0.5 px and 5 sigma
+  int far_off = 0;               ///< corners; see testing::corners_far_off()
   int curved = 0;                ///< refined, with edges that bulge by more than a pixel
   double squared_error_px2 = 0;  ///< mean over the corners, summed over the refined tags
   double nees = 0;               ///< per degree of freedom, summed over the refined tags with curved edges
@@ -73,7 +74,7 @@ void add(const FoundTags& found, const TagTruth& truth, const CameraModel& camer
       error.segment<2>(2 * static_cast<Eigen::Index>(k)) = tag.corners_px.at(k) - truth.corners_px.at(k);
     ASSERT_TRUE(tag.corner_covariance_px2);
     const double squared = error.dot(tag.corner_covariance_px2->llt().solve(error));
-    if (error.cwiseAbs().maxCoeff() > 0.5 && squared > 8 * 25) ++outcome.wild;
+    outcome.far_off += testing::corners_far_off(error, *tag.corner_covariance_px2);
     if (found.refinements.at(i) != RefinementOutcome::Refined) continue;
     ++outcome.refined;
     outcome.squared_error_px2 += error.squaredNorm() / 4;
@@ -102,7 +103,7 @@ Outcome photographed(const CameraModel& camera, const std::vector<double>& off_a
 
 void expect_right(const Outcome& outcome) {
   EXPECT_GE(outcome.refined, 0.97 * outcome.tags);
-  EXPECT_EQ(outcome.wild, 0);
+  EXPECT_EQ(outcome.far_off, 0);
   EXPECT_LT(outcome.rmse_px(), 0.03);
   ASSERT_GE(outcome.curved, 12);
   EXPECT_GT(outcome.nees / outcome.curved, 0.5);

@@ -12,6 +12,21 @@
 
 namespace waymark::testing {
 
+/// Number of a tag's corners that are off by more than 0.5 px and five standard deviations.
+inline int corners_far_off(const Eigen::Matrix<double, 8, 1>& error_px,
+                           const Eigen::Matrix<double, 8, 8>& covariance_px2) {
+  constexpr double kLeastErrorPx = 0.5;
+  constexpr double kSigmas = 5;
+  int far_off = 0;
+  for (Eigen::Index at = 0; at < 8; at += 2) {
+    const Eigen::Vector2d error = error_px.segment<2>(at);
+    const Eigen::Matrix2d covariance = covariance_px2.block<2, 2>(at, at);
+    const bool beyond = error.dot(covariance.llt().solve(error)) > kSigmas * kSigmas;
+    far_off += error.norm() > kLeastErrorPx && beyond ? 1 : 0;
+  }
+  return far_off;
+}
+
 /// Corner errors and their normalised squares, summed over tags: a line of a table.
 class CornerLine {
  public:
@@ -32,6 +47,7 @@ class CornerLine {
       outward_ += e.dot((truth[k] - center).normalized()) / 4;
       nees_corner_ += e.dot(covariance.block<2, 2>(at, at).llt().solve(e)) / 8;
     }
+    far_off_ += corners_far_off(error, covariance);
     nees_tag_ += error.dot(covariance.llt().solve(error)) / 8;
     promised_ += covariance.trace() / 4;
     ++tags_;
@@ -46,6 +62,7 @@ class CornerLine {
     return std::sqrt(promised_ / n());
   }  ///< the same according to the covariances
   [[nodiscard]] double worst_px() const { return worst_; }
+  [[nodiscard]] int far_off() const { return far_off_; }  ///< see corners_far_off()
   [[nodiscard]] Eigen::Vector2d bias_px() const { return bias_ / n(); }
   [[nodiscard]] double outward_px() const { return outward_ / n(); }
   /// Mean normalised error squared over its degrees of freedom, 8 per tag: 1 if the covariances are
@@ -67,6 +84,7 @@ class CornerLine {
   [[nodiscard]] double n() const { return std::max<double>(1.0, static_cast<double>(tags_)); }
 
   std::size_t tags_ = 0;
+  int far_off_ = 0;
   double before_ = 0, after_ = 0, promised_ = 0, worst_ = 0, outward_ = 0, nees_tag_ = 0, nees_corner_ = 0;
   Eigen::Vector2d bias_{0, 0};
 };

@@ -469,16 +469,20 @@ ReportFields fields(const FittedRegion& part) {
 ReportFields fields(const CalibrateCameraReport& report) {
   const CameraCalibration& found = report.found;
   ReportFields parameters;
+  parameters.reserve(found.names.size());
   for (std::size_t i = 0; i < found.names.size(); ++i)
     parameters.push_back({found.names[i], "",
                           ReportFields{{"value", "", found.parameters[static_cast<Eigen::Index>(i)]},
                                        {"sigma", "", sigma_of(found, i)}}});
   std::vector<TriedLens> lenses;
+  lenses.reserve(found.trials.size());
   for (const LensTrial& trial : found.trials) lenses.push_back({trial});
   std::vector<UsedImage> images;
+  images.reserve(found.views.size());
   for (std::size_t i = 0; i < found.views.size(); ++i)
     images.push_back({report.images[i], report.mark_kind, found.views[i]});
   std::vector<FittedRegion> regions;
+  regions.reserve(found.regions.size());
   for (const ImageRegion& region : found.regions) regions.push_back({region});
   return {{"lens", "Lens model: none, radtan4, radtan5, rational8 or equidistant", to_string(found.lens)},
           {"width_px", "Width of the images", found.camera.width_px()},

@@ -28,7 +28,7 @@ using SearchedFamilies = std::span<const FamilyId>;
                                                     SearchedFamilies families = {});
 
 /// Parses tag sizes: "0.16" applies to all tags, "tag36h11:7=0.08" or "7=0.08" to one tag (see tag_named()).
-/// Fails on sizes that check_printed_size() rejects.
+/// Fails on sizes that check_printed_size() rejects, and if one tag is given two different sizes.
 [[nodiscard]] Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words,
                                                SearchedFamilies families = {});
 

@@ -167,7 +167,7 @@ TEST_F(DetectThroughALens, RefinesCornersWithTheGivenLens) {
     EXPECT_EQ(lens_used_, "unknown");
     EXPECT_EQ(without_lens_, 4U);
     std::printf("%s: corner error %.4f px with the lens, %.4f px without\n", name, with_px, without_px);
-    EXPECT_LT(with_px, 0.05) << name;
+    EXPECT_LT(with_px, 0.025) << name;
     EXPECT_LT(with_px, without_px) << name << ": curved sides are followed without a lens, too";
   }
 }

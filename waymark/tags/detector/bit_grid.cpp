@@ -10,7 +10,6 @@
 #include "waymark/families/family.hpp"
 #include "waymark/tags/detector/tag_reader.hpp"
 #include "waymark/tags/refinement/bent_sheet.hpp"
-#include "waymark/tags/refinement/curved_border.hpp"
 
 namespace waymark::search {
 namespace {
@@ -307,13 +306,10 @@ namespace {
 /// Moves the corners to the intersections of the border's sides if these are curved and the bits agree with
 /// the curves. The corners of a bent tag must not be extrapolated from its bits.
 bool follow_curves(const ImageView& image, bool inverted, TagDetection& tag) {
-  const refinement::PrintedTag print{tag.tag, inverted};
-  auto border = refinement::follow_border(image, print, tag.corners_px);
-  if (!border) return false;
-  const auto sheets = refinement::compare_sheets(image, print, *border, tag.corners_px);
-  if (!sheets.confirms_bend()) return false;
-  move_outwards(print.outwards() * sheets.white_growth_px, sheets.white_growth_sigma_px, *border);
-  tag.corners_px = border->corners_px;
+  constexpr double kLeastBulgePx = 0.3;  // a plane places less curved tags well enough
+  const auto bend = refinement::find_bend(image, {tag.tag, inverted}, tag.corners_px, kLeastBulgePx);
+  if (!bend || !bend->confirmed) return false;
+  tag.corners_px = bend->border.corners_px;
   return true;
 }
 
@@ -324,7 +320,6 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   constexpr float kMaxShiftCells = 0.3F;    // maximum shift of a corner [cell]
   constexpr float kMaxShiftPx = 0.75F;      // or in pixels
   constexpr float kMayBeCurved = 0.4F;      // share of that shift above which the sides may be curved
-  constexpr float kLeastBentCellPx = 3.3F;  // smaller ones confirm no bend
   constexpr float kSharp = 0.2F;            // in cells; a step nearer than this counts as in place
   constexpr float kMinShareInPlace = 0.7F;  // minimum share of the weight of all steps
   Quad quad;
@@ -338,8 +333,7 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   float farthest = 0;
   for (std::size_t i = 0; i < 4; ++i) farthest = std::max(farthest, (moved[i] - quad[i]).norm());
   const float allowed = std::max(kMaxShiftPx, kMaxShiftCells * cell_px);
-  const bool may_be_bent = cell_px > kLeastBentCellPx;
-  if (may_be_bent && farthest >= kMayBeCurved * allowed && follow_curves(image, inverted, tag)) return true;
+  if (farthest >= kMayBeCurved * allowed && follow_curves(image, inverted, tag)) return true;
   if (farthest < allowed) return true;
   for (const bool with_border : {false, false, true, true}) {
     measure(image, moved, family, sign);
@@ -355,7 +349,7 @@ bool BitGrid::align_corners(const ImageView& image, const ReadableFamily& family
   }
   if (near < kMinShareInPlace * all) return false;
   for (std::size_t i = 0; i < 4; ++i) tag.corners_px[i] = moved[i].cast<double>();
-  if (may_be_bent) follow_curves(image, inverted, tag);
+  follow_curves(image, inverted, tag);  // the plane is near enough to the border of a bent tag
   return true;
 }
 

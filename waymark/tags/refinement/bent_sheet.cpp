@@ -18,6 +18,7 @@ namespace {
 
 using Eigen::Vector2d;
 
+constexpr double kMinCellPx = 3.5;    ///< blur moves the steps of smaller cells
 constexpr double kBeyondCells = 0.3;  ///< the offset of steps that are not where they are expected
 
 constexpr std::size_t kInside = 4;
@@ -344,7 +345,6 @@ bool SheetComparison::allows_bend(const CurvedBorder& border) const {
 bool SheetComparison::bits_are_in_place() const {
   constexpr int kMinSteps = 12;
   constexpr double kMinInPlace = 0.9;
-  constexpr double kMinCellPx = 3.5;  // blur moves the steps of smaller cells
   return steps >= kMinSteps && cell_px >= kMinCellPx &&
          *std::min_element(in_place.begin(), in_place.end()) >= kMinInPlace;
 }
@@ -372,13 +372,16 @@ bool SheetComparison::border_excludes_plane() const {
 
 SheetComparison compare_sheets(const ImageView& image, const PrintedTag& print, const CurvedBorder& border,
                                const Quad& near_px) {
+  constexpr double kSameStartCells = 0.15;  // a fit from there would end at the same plane
   SheetSteps steps;
   list_steps(print, steps);
   SheetComparison result;
   for (std::size_t i = 0; i < steps.count; ++i) result.steps += steps.all[i].side == kInside ? 1 : 0;
   MeanSquares flat = fit_flat(image, border.corners_px, steps);
-  const MeanSquares other = fit_flat(image, near_px, steps);
-  if (other.inside < flat.inside) flat = other;
+  if (farthest_px(border.corners_px, near_px) > kSameStartCells * mean_side_px(near_px) / steps.cells) {
+    const MeanSquares other = fit_flat(image, near_px, steps);
+    if (other.inside < flat.inside) flat = other;
+  }
   result.if_flat = flat.inside;
   std::sort(flat.side.begin(), flat.side.end());
   result.border_if_flat = flat.side[1];
@@ -392,6 +395,18 @@ SheetComparison compare_sheets(const ImageView& image, const PrintedTag& print, 
   result.bent_by_quarter = bent.quarter;
   result.in_place = share_in_place(steps);
   return result;
+}
+
+std::optional<Bend> find_bend(const ImageView& image, const PrintedTag& print, const Quad& near_px,
+                              double least_bulge_px) {
+  if (mean_side_px(near_px) < kMinCellPx * family(print.id.family).width_at_border) return std::nullopt;
+  auto border = follow_border(image, print, near_px, least_bulge_px);
+  if (!border || !is_convex(border->corners_px)) return std::nullopt;
+  const SheetComparison sheets = compare_sheets(image, print, *border, near_px);
+  const bool confirmed = sheets.confirms_bend();
+  if (!confirmed && !sheets.allows_bend(*border)) return std::nullopt;
+  move_outwards(print.outwards() * sheets.white_growth_px, sheets.white_growth_sigma_px, *border);
+  return Bend{*border, confirmed, sheets.if_bent};
 }
 
 }  // namespace waymark::refinement

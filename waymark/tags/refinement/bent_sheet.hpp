@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "waymark/image/image.hpp"
 #include "waymark/tags/refinement/curved_border.hpp"
@@ -43,5 +44,18 @@ struct SheetComparison {
 /// one is free; its fit starts both at those corners and at `near_px`. O(cells); does not allocate.
 [[nodiscard]] SheetComparison compare_sheets(const ImageView& image, const PrintedTag& print,
                                              const CurvedBorder& border, const Quad& near_px);
+
+/// The border of a tag whose sheet is bent, or may be.
+struct Bend {
+  CurvedBorder border;     ///< corrected by the growth of white cells
+  bool confirmed = false;  ///< by the bits inside; otherwise these only allow it
+  double if_bent = 0;      ///< [cell^2] mean squared offset of the bits
+};
+
+/// Follows the border from a quad near it and compares both sheets. Returns `nullopt` if the bits exclude a
+/// bend, the cells are too small, the border cannot be followed, or no side bulges by
+/// `least_bulge_px`. O(length of the border + cells); does not allocate.
+[[nodiscard]] std::optional<Bend> find_bend(const ImageView& image, const PrintedTag& print,
+                                            const Quad& near_px, double least_bulge_px = 0);
 
 }  // namespace waymark::refinement

@@ -137,12 +137,6 @@ Matrix8 covariance_of(const Look& look, const EdgesByInner& J) {
   return 0.5 * (corners + corners.transpose());
 }
 
-double farthest_px(const Quad& a, const Quad& b) {
-  double farthest = 0;
-  for (std::size_t k = 0; k < 4; ++k) farthest = std::max(farthest, (a[k] - b[k]).norm());
-  return farthest;
-}
-
 }  // namespace
 
 namespace {

@@ -110,14 +110,14 @@ double largest_shift(const Quad& from, const Quad& to, const std::array<EdgeFram
   return largest;
 }
 
-/// What makes the fit of a flat tag uncertain.
+/// What suggests that the fit of a flat tag is not enough.
 struct FitWarnings {
   bool bits_disagree = false;  ///< nearly, with the border
   bool sides_bulge = false;    ///< as those of a bent sheet may
   bool levels_differ = false;  ///< from side to side, because of glare, a shadow or a cover
 };
 
-bool differ(const TagEstimate& estimate) {
+bool sides_differ_in_level(const TagEstimate& estimate) {
   constexpr double kShareOfStep = 0.08;
   const auto spread = [&](Eigen::Index level) {
     double least = estimate.edges[0][level];
@@ -206,7 +206,7 @@ RefinementOutcome fit(const ImageView& image, const PrintedTag& print, const Qua
   result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
   result.pixels = tag.pixels;
   warnings.sides_bulge = may_be_bent(estimate, tag);
-  warnings.levels_differ = differ(estimate);
+  warnings.levels_differ = sides_differ_in_level(estimate);
   return correct(inner_correction(image, print, tag, estimate), tag, warnings, result);
 }
 
@@ -223,72 +223,71 @@ RefinementOutcome judge(const PrintedTag& print, const RefinementOptions& option
   return RefinementOutcome::Refined;
 }
 
+CornerVector as_vector(const Quad& corners) {
+  CornerVector all;
+  for (std::size_t k = 0; k < 4; ++k) all.segment<2>(2 * static_cast<Eigen::Index>(k)) = corners[k];
+  return all;
+}
+
 /// Whether the steps between cells place the corners elsewhere. Unlike the fit of the border, they do not
 /// depend on the levels of the tag.
 bool steps_disagree(const ImageView& image, const PrintedTag& print, const RefinedCorners& refined) {
   constexpr double kTypical = 0.2;  // mean normalised square of a shift; kept corners have large covariances
   const StepPlacement steps = place_by_steps(image, print, refined.corners_px);
   const CornerCovariance covariance_px2 = refined.covariance_px2 + step_covariance(KeptCause::PoorFit, steps);
-  CornerVector shift_px;
-  for (std::size_t k = 0; k < 4; ++k)
-    shift_px.segment<2>(2 * static_cast<Eigen::Index>(k)) = steps.shift_px[k];
+  const CornerVector shift_px = as_vector(steps.shift_px);
   return shift_px.dot(covariance_px2.llt().solve(shift_px)) > kTypical * static_cast<double>(shift_px.size());
 }
 
-CornerVector difference_px(const Quad& from, const Quad& to) {
-  CornerVector apart;
-  for (std::size_t k = 0; k < 4; ++k) apart.segment<2>(2 * static_cast<Eigen::Index>(k)) = to[k] - from[k];
-  return apart;
+/// The corners by the fit of a flat tag's border, if that succeeds and nothing contradicts it.
+RefinedCorners by_border(const ImageView& image, const TagDetection& detection, const PrintedTag& print,
+                         const RefinementOptions& options, const CameraModel* camera, FitWarnings& warnings) {
+  RefinedCorners result;
+  if (cut_by_border(image, detection, options.border_px)) {
+    result.outcome = RefinementOutcome::CutByBorder;
+    return result;
+  }
+  result.outcome = fit(image, print, detection.corners_px, options, camera, warnings, result);
+  if (result.refined()) result.outcome = judge(print, options, result);
+  if (result.refined() && warnings.levels_differ && !print.saturated && steps_disagree(image, print, result))
+    result.outcome = RefinementOutcome::PoorFit;
+  return result;
 }
+
+constexpr double kChanceOfOthers = 0.5;
 
 /// If corners may be these or others, their covariance contains the difference.
 void include_difference(const Quad& others_px, RefinedCorners& corners) {
-  constexpr double kChanceOfOthers = 0.5;
-  const CornerVector apart = difference_px(corners.corners_px, others_px);
+  const CornerVector apart = as_vector(others_px) - as_vector(corners.corners_px);
   corners.covariance_px2 += kChanceOfOthers * apart * apart.transpose();
 }
 
 /// The same, unless both agree within their covariances.
 void include_difference(const RefinedCorners& others, RefinedCorners& corners) {
   constexpr double kAgreement = 2;  // mean normalised square of a coordinate
-  const CornerVector apart = difference_px(corners.corners_px, others.corners_px);
+  const CornerVector apart = as_vector(others.corners_px) - as_vector(corners.corners_px);
   const CornerCovariance both = corners.covariance_px2 + others.covariance_px2;
   if (apart.dot(both.llt().solve(apart)) < kAgreement * static_cast<double>(apart.size())) return;
   include_difference(others.corners_px, corners);
-  corners.covariance_px2 += 0.5 * others.covariance_px2;
+  corners.covariance_px2 += kChanceOfOthers * others.covariance_px2;
 }
 
-/// The corners of a border with curved sides.
-struct Curves {
-  RefinedCorners corners;
-  bool confirmed = false;  ///< by the bits inside; otherwise these only allow such a border
-};
-
-/// Returns `nullopt` if the bits inside exclude that the sheet is bent.
-std::optional<Curves> refine_curves(const ImageView& image, const TagDetection& detection,
-                                    const PrintedTag& print, const RefinementOptions& options) {
-  constexpr double kMinCellPx = 3.3;  // smaller ones confirm no bend
+/// The corners of a bent tag.
+RefinedCorners corners_of(const Bend& bend, const Quad& detected_px, const PrintedTag& print,
+                          const RefinementOptions& options) {
   constexpr double kWellBent = 8e-4;  // cells^2
-  const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
-  if (cell_px < std::max(kMinCellPx, options.min_cell_px)) return std::nullopt;
-  auto border = follow_border(image, print, detection.corners_px);
-  if (!border || !is_convex(border->corners_px)) return std::nullopt;
-  const SheetComparison sheets = compare_sheets(image, print, *border, detection.corners_px);
-  const bool confirmed = sheets.confirms_bend();
-  if (!confirmed && !sheets.allows_bend(*border)) return std::nullopt;
-  move_outwards(print.outwards() * sheets.white_growth_px, sheets.white_growth_sigma_px, *border);
-  Curves curves{.corners = {.outcome = RefinementOutcome::Refined,
-                            .corners_px = border->corners_px,
-                            .covariance_px2 = border->covariance_px2,
-                            .blur_px = options.blur_px,
-                            .contrast = print.outwards() * border->contrast,
-                            .noise = border->noise_px * border->contrast / options.blur_px,
-                            .pixels = border->crossings,
-                            .curved = true},
-                .confirmed = confirmed};
-  // A cover over one side explains this, too.
-  if (sheets.if_bent > kWellBent) include_difference(detection.corners_px, curves.corners);
-  return curves;
+  const CurvedBorder& border = bend.border;
+  RefinedCorners corners{.outcome = RefinementOutcome::Refined,
+                         .corners_px = border.corners_px,
+                         .covariance_px2 = border.covariance_px2,
+                         .blur_px = options.blur_px,
+                         .contrast = print.outwards() * border.contrast,
+                         .noise = border.noise_px * border.contrast / options.blur_px,
+                         .pixels = border.crossings,
+                         .curved = true};
+  // A cover over one side explains poor agreement of the bits, too.
+  if (bend.if_bent > kWellBent) include_difference(detected_px, corners);
+  return corners;
 }
 
 /// Whether corners that were placed by the bits are to be used instead of those of the border.
@@ -356,40 +355,35 @@ std::string_view to_string(RefinementOutcome outcome) {
 
 RefinedCorners refine_corners(const ImageView& image, const TagDetection& detection,
                               const RefinementOptions& options, const CameraModel* camera) {
-  RefinedCorners result;
-  FitWarnings warnings;
   const bool known = usable(image, detection);
   const PrintedTag print =
       known ? printed_tag(image, detection.tag, detection.corners_px) : PrintedTag{detection.tag};
-  if (known && cut_by_border(image, detection, options.border_px)) {
-    result.outcome = RefinementOutcome::CutByBorder;
-  } else if (known) {
-    result.outcome = fit(image, print, detection.corners_px, options, camera, warnings, result);
-  }
-  if (result.refined()) result.outcome = judge(print, options, result);
-  if (result.refined() && warnings.levels_differ && !print.saturated && steps_disagree(image, print, result))
-    result.outcome = RefinementOutcome::PoorFit;
+  FitWarnings warnings;
+  RefinedCorners result;
+  if (known) result = by_border(image, detection, print, options, camera, warnings);
   std::optional<RefinedCorners> placed;
   if (warnings.bits_disagree || may_place_by_bits(result.outcome)) {
     placed = place_by_bits(image, detection, print, options, camera);
     if (placed && !better(*placed, result, print, options)) placed.reset();
   }
-  std::optional<Curves> curves;
-  if (placed || warnings.sides_bulge || may_place_by_bits(result.outcome))
-    curves = refine_curves(image, detection, print, options);
-  if (curves && curves->confirmed && judge(print, options, curves->corners) == RefinementOutcome::Refined)
-    return curves->corners;
+  std::optional<RefinedCorners> curves;
+  if (placed || warnings.sides_bulge || may_place_by_bits(result.outcome)) {
+    if (const auto bend = find_bend(image, print, detection.corners_px)) {
+      curves = corners_of(*bend, detection.corners_px, print, options);
+      if (bend->confirmed && judge(print, options, *curves) == RefinementOutcome::Refined) return *curves;
+    }
+  }
   if (curves && result.refined()) {
-    include_difference(curves->corners, result);
+    include_difference(*curves, result);
     result.outcome = judge(print, options, result);
   }
   if (placed) {
-    if (curves) include_difference(curves->corners, *placed);
+    if (curves) include_difference(*curves, *placed);
     if (better(*placed, result, print, options)) return *placed;
   }
   if (result.refined()) return result;
   RefinedCorners kept = keep(image, print, detection.corners_px, options, result);
-  if (curves) include_difference(curves->corners, kept);
+  if (curves) include_difference(*curves, kept);
   return kept;
 }
 

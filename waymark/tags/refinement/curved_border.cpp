@@ -37,9 +37,10 @@ CurveVector legendre_slopes(double t) {
 
 /// A place at which the border was found.
 struct Crossing {
-  double t = 0;       ///< along the chord, -1 to 1
-  double out_px = 0;  ///< distance outwards from the chord
-  double weight = 0;  ///< 0 if it is not on the curve
+  double t = 0;                         ///< along the chord, -1 to 1
+  CurveVector p = CurveVector::Zero();  ///< polynomials at t
+  double out_px = 0;                    ///< distance outwards from the chord
+  double weight = 0;                    ///< 0 if it is not on the curve
   double residual = 0;
 };
 
@@ -97,7 +98,8 @@ void find_crossings(const ImageView& image, double outwards, const CurveSearch& 
   for (std::size_t i = 0; i < side.planned; ++i) {
     const double t =
         first + (last - first) * (static_cast<double>(i) + 0.5) / static_cast<double>(side.planned);
-    const double middle = side.curve.dot(legendre(t));
+    const CurveVector p = legendre(t);
+    const double middle = side.curve.dot(p);
     const double begin = middle - 0.5 * (samples - 1) * search.step_px;
     const Vector2d chord = side.from + (1 + t) * side.half;
     double before = 0;
@@ -115,7 +117,7 @@ void find_crossings(const ImageView& image, double outwards, const CurveSearch& 
     }
     if (weight < kMinRise) continue;
     rises.at(side.count) = step;
-    side.crossings.at(side.count++) = {t, begin + moment / weight * search.step_px, 1, 0};
+    side.crossings.at(side.count++) = {t, p, begin + moment / weight * search.step_px, 1, 0};
   }
   if (side.count == 0) return;
   std::array<double, kMaxCrossings> sorted = rises;
@@ -173,15 +175,16 @@ bool fit_curve(Side& side) {
     CurveVector gradient = CurveVector::Zero();
     for (std::size_t i = 0; i < side.count; ++i) {
       const Crossing& here = side.crossings.at(i);
-      const CurveVector p = legendre(here.t);
-      information += here.weight / variance * p * p.transpose();
-      gradient += here.weight / variance * here.out_px * p;
+      const CurveVector weighted = here.weight / variance * here.p;
+      information.noalias() += weighted * here.p.transpose();
+      gradient += here.out_px * weighted;
     }
-    side.covariance = information.inverse();
-    side.curve = side.covariance * gradient;
+    const Eigen::LLT<CurveMatrix> solver(information);
+    side.curve = solver.solve(gradient);
+    if (iteration + 1 == kIterations) side.covariance = solver.solve(CurveMatrix::Identity());
     for (std::size_t i = 0; i < side.count; ++i) {
       Crossing& here = side.crossings.at(i);
-      here.residual = here.out_px - side.curve.dot(legendre(here.t));
+      here.residual = here.out_px - side.curve.dot(here.p);
     }
     if (iteration + 1 == kIterations) break;
     const double scale = std::max(kLeastScalePx, 1.4826 * median_residual(side));
@@ -277,10 +280,16 @@ Eigen::Vector3d bulge_of(const Side& side, const Vector2d& from, const Vector2d&
   return shape.inverse() * bulge;
 }
 
+/// How far the middle of a side bulges from the line between its ends.
+double mid_bulge_px(const Side& side) {
+  const auto out_px = [&](double t) { return side.curve.dot(legendre(t)); };
+  return out_px(0.5 * (side.begin + side.end)) - 0.5 * (out_px(side.begin) + out_px(side.end));
+}
+
 }  // namespace
 
 std::optional<CurvedBorder> follow_border(const ImageView& image, const PrintedTag& print,
-                                          const Quad& near_px) {
+                                          const Quad& near_px, double least_bulge_px) {
   constexpr int kRounds = 4;
   constexpr double kReachCells = 0.8;  // the border is one cell wide, and so may be the margin
   constexpr double kFinalReachPx = 3;
@@ -301,6 +310,10 @@ std::optional<CurvedBorder> follow_border(const ImageView& image, const PrintedT
     }
     for (std::size_t k = 0; k < 4; ++k)
       if (!intersect(sides[(k + 3) % 4], sides[k], border.corners_px[k])) return std::nullopt;
+    if (round == 0 && std::none_of(sides.begin(), sides.end(), [&](const Side& side) {
+          return std::abs(mid_bulge_px(side)) >= least_bulge_px;
+        }))
+      return std::nullopt;
   }
   double squares = 0;
   for (std::size_t k = 0; k < 4; ++k) {

@@ -29,9 +29,10 @@ struct CurvedBorder {
 void move_outwards(double distance_px, double sigma_px, CurvedBorder& border);
 
 /// Follows the border from a quad that is near it. Each side is a curve of fourth order whose bends are small
-/// unless the image shows otherwise. Returns `nullopt` if a side is not visible along most of its length.
-/// O(length of the border); does not allocate.
+/// unless the image shows otherwise. Returns `nullopt` if a side is not visible along most of its length, or
+/// if no side bulges by `least_bulge_px` [px], which the first look shows. O(length of the border); does not
+/// allocate.
 [[nodiscard]] std::optional<CurvedBorder> follow_border(const ImageView& image, const PrintedTag& print,
-                                                        const Quad& near_px);
+                                                        const Quad& near_px, double least_bulge_px = 0);
 
 }  // namespace waymark::refinement

@@ -222,6 +222,12 @@ bool is_convex(const Quad& corners_px) {
   return true;
 }
 
+double farthest_px(const Quad& a, const Quad& b) {
+  double farthest = 0;
+  for (std::size_t k = 0; k < 4; ++k) farthest = std::max(farthest, (a[k] - b[k]).norm());
+  return farthest;
+}
+
 Eigen::Matrix3d homography_of_unit_square(const Quad& quad) {
   const auto& [a, b, c, d] = quad;
   const Vector2d u = b - c;

@@ -42,6 +42,8 @@ using Quad = std::array<Eigen::Vector2d, 4>;
 
 /// Whether corners are finite, in clockwise order, and form triangles of more than half a square pixel.
 [[nodiscard]] bool is_convex(const Quad& corners_px);
+/// The largest distance between corresponding corners.
+[[nodiscard]] double farthest_px(const Quad& a, const Quad& b);
 
 /// The print of a tag. Black and white are exchanged if it is inverted.
 struct PrintedTag {
