@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -17,7 +18,8 @@ namespace waymark::test {
 struct WideScene {
   TagScene scene{};
   SceneRecording recording{};
-  std::map<int, SE3> truth{};  ///< map_T_tag by number
+  std::map<int, SE3> truth{};    ///< map_T_tag by number
+  std::vector<SE3> map_T_cam{};  ///< by frame
   std::size_t detections = 0;
 };
 
@@ -54,6 +56,7 @@ inline void film(WideScene& wide, const std::vector<SE3>& map_T_cam, double fart
   };
   std::map<std::pair<int, int>, std::vector<int>> by_cell;
   for (const auto& [id, map_T_tag] : wide.truth) by_cell[cell(map_T_tag.translation())].push_back(id);
+  wide.map_T_cam = map_T_cam;
   const int reach = static_cast<int>(std::ceil(farthest_m / 2));
   for (std::size_t f = 0; f < map_T_cam.size(); ++f) {
     const SE3 cam_T_map = map_T_cam[f].inverse();
@@ -156,6 +159,36 @@ inline WideScene ceiling(int tags, std::uint64_t seed, double noise_px = 0.2, do
   }
   internal::film(wide, map_T_cam, 6, 1000, noise_px, random);
   return wide;
+}
+
+/// Adds odometry with this noise of each motion between frames.
+inline void add_odometry(WideScene& wide, double sigma_m, double sigma_rad, std::uint64_t seed) {
+  Random random(seed);
+  wide.scene.bodies[1].odometry = {.sigma_m = sigma_m, .sigma_rad = sigma_rad};
+  SE3 odom_T_cam;
+  for (std::size_t f = 0; f < wide.map_T_cam.size(); ++f) {
+    Vector6 error;
+    for (Eigen::Index i = 0; i < 6; ++i) error[i] = (i < 3 ? sigma_m : sigma_rad) * random.normal();
+    if (f > 0)
+      odom_T_cam = odom_T_cam * SE3::exp(error) * (wide.map_T_cam[f - 1].inverse() * wide.map_T_cam[f]);
+    wide.recording.odometry.push_back({wide.recording.frames[f].stamp, 1, odom_T_cam});
+  }
+}
+
+/// Keeps only the nearest tag in each frame, so that no frame shows two tags. Returns the number of tags that
+/// are left in at least two frames.
+inline std::size_t keep_nearest(WideScene& wide) {
+  std::map<int, int> frames;
+  wide.detections = 0;
+  for (SceneFrame& frame : wide.recording.frames) {
+    std::vector<TagDetection>& seen = frame.views[0].detections;
+    if (seen.empty()) continue;
+    seen.erase(seen.begin() + 1, seen.end());
+    ++frames[seen[0].tag.number];
+    ++wide.detections;
+  }
+  return static_cast<std::size_t>(
+      std::ranges::count_if(frames, [](const auto& tag) { return tag.second >= 2; }));
 }
 
 /// Replaces the id of this fraction of the detections by another one of the set. Returns the number of

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <queue>
+#include <tuple>
 
 #include <Eigen/LU>
 
@@ -39,6 +42,8 @@ class Placer {
         options_(options),
         hypotheses_(bundle.poses.size()),
         appearances_(bundle.poses.size()),
+        motions_(bundle.poses.size()),
+        carried_(bundle.poses.size(), 0),
         squares_(bundle.corners.size()),
         dirty_(bundle.poses.size(), 1),
         agreed_(bundle.poses.size()) {
@@ -50,6 +55,10 @@ class Placer {
       for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag})
         appearances_[pose_of(bundle.corners[i], role)].push_back({i, role});
     }
+    for (std::size_t i = 0; i < bundle.relatives.size(); ++i) {
+      motions_[bundle.relatives[i].a].push_back(i);
+      motions_[bundle.relatives[i].b].push_back(i);
+    }
     for (auto& list : appearances_) {
       std::ranges::stable_sort(list, std::greater<>{},
                                [&](const Appearance& at) { return size_px(bundle_.corners[at.term]); });
@@ -60,14 +69,17 @@ class Placer {
     while (true) {
       place_frames();
       if (place_statics(std::max(3, fewest())) || place_statics(fewest())) {
+        forget_carried();
         if (unconfirmed_too_) set_unconfirmed_too(false);
+      } else if (carry(1)) {
+        continue;
       } else if (unconfirmed_too_ || std::ranges::none_of(bundle_.corners, &CornerTerm::unconfirmed)) {
         break;
       } else {
         set_unconfirmed_too(true);
       }
     }
-    bridge_by_motions();
+    carry(std::numeric_limits<double>::infinity());
     std::vector<char> placed(bundle_.poses.size(), 0);
     for (std::size_t i = 0; i < placed.size(); ++i) {
       placed[i] = hypotheses_[i].empty() ? 0 : 1;
@@ -144,7 +156,9 @@ class Placer {
       }
       for (PoseIndex i : touched) {
         std::vector<Hypothesis> found = hypotheses_of_frame(votes(i, kMaxFrameVotes));
-        if (!found.empty()) set(i, std::move(found));
+        if (found.empty()) continue;
+        set(i, std::move(found));
+        carried_[i] = 0;
       }
     }
   }
@@ -162,37 +176,108 @@ class Placer {
     return all;
   }
 
-  /// Places the static poses that have the most agreeing votes, which must be at least `fewest`. Returns
-  /// whether there was any such pose.
+  /// Places the static poses that have the most agreeing votes, which must be at least `fewest`. If motions
+  /// carried frames, the best-determined poses are placed first instead. Returns whether there was any such
+  /// pose.
   bool place_statics(int fewest) {
+    constexpr double kAsWellDetermined = 4;  // ratio of variances
+    const bool carried = std::ranges::find(carried_, 1) != carried_.end();
     std::vector<PoseIndex> found;
     int best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    const auto variance = [&](PoseIndex i) {
+      return uncertainty({agreed_[i]->value.mean, agreed_[i]->value.covariance, 0});
+    };
     for (std::size_t i = 0; i < bundle_.poses.size(); ++i) {
       if (known_[i].moves || !hypotheses_[i].empty() || appearances_[i].empty()) continue;
       if (dirty_[i] != 0) agreed_[i] = internal::agree(votes(i, kMaxStaticVotes), internal::kPoseGate);
       dirty_[i] = 0;
       if (!agreed_[i] || agreed_[i]->votes < fewest) continue;
       best = std::max(best, agreed_[i]->votes);
+      least = std::min(least, variance(i));
       found.push_back(i);
     }
     for (PoseIndex i : found) {
-      if (2 * agreed_[i]->votes >= best) set(i, {{agreed_[i]->value.mean, agreed_[i]->value.covariance, 0}});
+      const bool first = carried ? variance(i) <= kAsWellDetermined * least : 2 * agreed_[i]->votes >= best;
+      if (first) set(i, {{agreed_[i]->value.mean, agreed_[i]->value.covariance, 0}});
     }
     return !found.empty();
   }
 
-  /// Places frames without observations using motions, first forwards, then backwards.
-  void bridge_by_motions() {
-    const auto over = [&](const RelativeTerm& term, bool forwards) {
-      auto& from = hypotheses_[forwards ? term.a : term.b];
-      auto& to = hypotheses_[forwards ? term.b : term.a];
-      if (from.empty() || !to.empty()) return;
-      const SE3& S = term.factor.body_T_sensor;
-      const SE3 motion = S * (forwards ? term.factor.measured : term.factor.measured.inverse()) * S.inverse();
-      to = {{from.front().value * motion, from.front().covariance, 0}};
+  /// The variance of a hypothesis relative to the largest at which motions still place frames.
+  [[nodiscard]] double uncertainty(const Hypothesis& hypothesis) const {
+    const Matrix6& P = hypothesis.covariance;
+    Eigen::Matrix<double, 3, 6> J;  // of the position, in the left tangent
+    J << Eigen::Matrix3d::Identity(), -SO3::hat(hypothesis.value.translation());
+    return (J * P * J.transpose()).trace() / (options_.max_carried_m * options_.max_carried_m) +
+           P.bottomRightCorner<3, 3>().trace() / (options_.max_carried_rad * options_.max_carried_rad);
+  }
+
+  /// A motion from a placed frame to another one.
+  struct Carry {
+    double uncertainty = 0;
+    PoseIndex from = 0;
+    std::size_t motion = 0;
+
+    bool operator>(const Carry& other) const {
+      return std::tie(uncertainty, motion) > std::tie(other.uncertainty, other.motion);
+    }
+  };
+
+  /// The hypotheses of the frame at the other end of a motion.
+  [[nodiscard]] std::vector<Hypothesis> carried_by(const RelativeTerm& term, PoseIndex from) const {
+    const SE3& S = term.factor.body_T_sensor;
+    const SE3 M = from == term.a ? term.factor.measured : term.factor.measured.inverse();
+    const Matrix6 W_inverse = term.factor.whitening.inverse();
+    std::vector<Hypothesis> result;
+    for (const Hypothesis& at : hypotheses_[from]) {
+      const SE3 value = at.value * (S * M * S.inverse());
+      const Matrix6 Ad = ((from == term.a ? at.value : value) * S)
+                             .adjoint();  // the error is in the frame of the sensor at A
+      const Matrix6 scaled = Ad * W_inverse;
+      result.push_back({value, at.covariance + scaled * scaled.transpose(), at.chi2});
+    }
+    return result;
+  }
+
+  /// Places frames that see no placed tag using motions, the shortest way from a frame that sees one first
+  /// (Dijkstra), up to this uncertainty. Returns whether there was any such frame. O(motions log motions).
+  bool carry(double limit) {
+    std::priority_queue<Carry, std::vector<Carry>, std::greater<>> next;
+    const auto look_beyond = [&](PoseIndex from) {
+      for (const std::size_t motion : motions_[from]) {
+        const RelativeTerm& term = bundle_.relatives[motion];
+        if (!hypotheses_[term.a == from ? term.b : term.a].empty()) continue;
+        const double reached = uncertainty(carried_by(term, from).front());
+        if (reached <= limit) next.push({reached, from, motion});
+      }
     };
-    for (const RelativeTerm& term : bundle_.relatives) over(term, true);
-    for (std::size_t i = bundle_.relatives.size(); i-- > 0;) over(bundle_.relatives[i], false);
+    for (std::size_t i = 0; i < motions_.size(); ++i) {
+      if (!hypotheses_[i].empty()) look_beyond(i);
+    }
+    bool any = false;
+    while (!next.empty()) {
+      const Carry step = next.top();
+      next.pop();
+      const RelativeTerm& term = bundle_.relatives[step.motion];
+      const PoseIndex to = term.a == step.from ? term.b : term.a;
+      if (!hypotheses_[to].empty()) continue;
+      set(to, carried_by(term, step.from));
+      carried_[to] = 1;
+      any = true;
+      look_beyond(to);
+    }
+    return any;
+  }
+
+  /// Removes poses that motions carried, because newly placed tags determine them better.
+  void forget_carried() {
+    for (std::size_t i = 0; i < carried_.size(); ++i) {
+      if (carried_[i] == 0) continue;
+      set(i, {});
+      carried_[i] = 0;
+      dirty_[i] = 1;
+    }
   }
 
   Bundle& bundle_;
@@ -200,6 +285,8 @@ class Placer {
   PlaceOptions options_;
   std::vector<std::vector<Hypothesis>> hypotheses_;
   std::vector<std::vector<Appearance>> appearances_;
+  std::vector<std::vector<std::size_t>> motions_;  ///< indices of Bundle::relatives, for each pose
+  std::vector<char> carried_;                      ///< whether the pose was placed by motions alone
   std::vector<std::optional<std::vector<Hypothesis>>> squares_;
   std::vector<char> dirty_;  ///< for each pose, whether another pose in one of its terms has changed
   std::vector<std::optional<internal::Agreement<SE3>>> agreed_;  ///< for poses that have not been placed yet

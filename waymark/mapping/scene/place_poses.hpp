@@ -14,6 +14,9 @@ struct PlaceOptions {
   double two_poses_sigma_px = 0.5;
   int min_votes = 1;              ///< votes that must agree on a pose that does not belong to a single frame
   int min_unconfirmed_votes = 1;  ///< the same, once unconfirmed terms vote
+  /// Motions carry the pose of a frame to frames that see no placed tag, until the standard deviations of
+  /// the position and rotation reach these.
+  double max_carried_m = 2.0, max_carried_rad = 0.3;
   /// The poses of each corner term's square, if they are available.
   const std::vector<std::vector<internal::Hypothesis>>* squares = nullptr;
 };
@@ -30,8 +33,9 @@ struct KnownPose {
 /// - Poses of single frames keep both hypotheses until one is ruled out.
 /// - Other poses (tags, extrinsics, bodies) are given the value that most of their votes agree on, with the
 /// best-supported poses first, so that a single bad view is never decisive.
-/// - Unconfirmed terms vote only if no other term can place a pose.
-/// - Motions (RelativeTerm) bridge frames without observations.
+/// - Motions (RelativeTerm) carry poses to frames that see no placed tag, if no observation can place a pose.
+///   The tags in these frames are then placed, those that are determined best first.
+/// - Unconfirmed terms vote only if no other term or motion can place a pose.
 /// Returns which poses are placed. Terms with an unplaced pose are excluded (used = false). Deterministic.
 std::vector<char> place_poses(Bundle& bundle, const std::vector<KnownPose>& known,
                               const PlaceOptions& options = {});

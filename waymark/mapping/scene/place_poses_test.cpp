@@ -91,6 +91,39 @@ TEST(PlacePoses, BridgesEmptyFramesByMeasuredMotion) {
   for (std::size_t f = 10; f < 14; ++f) EXPECT_EQ(fewer[without.map.problem.bodies[1][f]], 0) << f;
 }
 
+/// A rig that sees tags 0 to 3, then nothing, then tags 4 to 7, with odometry of this accuracy.
+RigScene tied_by_odometry(double sigma_m, double sigma_rad) {
+  RigScene made = rig_scene();
+  for (std::size_t f = 0; f < made.rig.size(); ++f) {
+    std::erase_if(made.recording.frames[f].views[0].detections, [&](const TagDetection& seen) {
+      return f < 10 ? seen.tag.number > 3 : f < 14 || seen.tag.number < 4;
+    });
+    made.recording.odometry.push_back(
+        {made.recording.frames[f].stamp, 1, at(5, 1, 0, 0, 0, 2) * made.rig[f]});
+  }
+  made.scene.bodies[1].odometry = {.sigma_m = sigma_m, .sigma_rad = sigma_rad};
+  return made;
+}
+
+TEST(PlacePoses, PlacesTagsThatOnlyMotionsConnect) {
+  for (const int min_votes : {1, 2}) {
+    Start start(tied_by_odometry(0.01, 0.01));
+    start.reset_unknown();
+    const std::vector<char> placed = place_poses(start.bundle(), start.known, {.min_votes = min_votes});
+    EXPECT_EQ(std::ranges::count(placed, 0), 0);
+    for (std::size_t i = 0; i < start.truth.size(); ++i) EXPECT_LT(start.off(i), 0.05) << i;
+    EXPECT_TRUE(std::ranges::all_of(start.bundle().corners, &CornerTerm::used));
+  }
+}
+
+TEST(PlacePoses, PlacesFramesButNoTagsByMotionsWithoutInformation) {
+  Start start(tied_by_odometry(5, 1));
+  start.reset_unknown();
+  const std::vector<char> placed = place_poses(start.bundle(), start.known);
+  for (std::size_t t = 0; t < 8; ++t) EXPECT_EQ(placed[start.map.problem.tags[0][t]] != 0, t < 4) << t;
+  for (const PoseIndex frame : start.map.problem.bodies[1]) EXPECT_NE(placed[frame], 0);
+}
+
 TEST(PlacePoses, ASingleBadViewIsNotDecisive) {
   RigScene made = rig_scene();
   // In the first frame with tag 4, its corners are those of tag 5.

@@ -359,6 +359,39 @@ WideScene thinly_tied(int observations) {
   return wide;
 }
 
+/// The largest distance between a tag in the map and its true pose, in standard deviations of the position.
+double worst_sigmas(const WideScene& wide, const SceneMap& map) {
+  double worst = 0;
+  for (std::size_t t = 1; t < map.scene.bodies[0].tags.size(); ++t) {
+    const auto map_T_tag = map.map_T_tag(0, t);
+    if (!map_T_tag) continue;
+    const Eigen::Vector3d p = map_T_tag->translation();
+    Eigen::Matrix<double, 3, 6> J;
+    J << Eigen::Matrix3d::Identity(), -SO3::hat(p);
+    const Eigen::Matrix3d P = J * map.covariance.poses[map.problem.tags[0][t]] * J.transpose();
+    const Eigen::Vector3d off = wide.truth.at(map.scene.bodies[0].tags[t].id.number).translation() - p;
+    worst = std::max(worst, std::sqrt(off.dot(P.llt().solve(off))));
+  }
+  return worst;
+}
+
+TEST(Odometry, ConnectsTagsThatNoImageShowsTogether) {
+  for (const double misread : {0.0, 0.005, 0.02}) {
+    WideScene wide = test::aisles(200, 2);
+    test::add_odometry(wide, 0.002, 0.001, 3);
+    const std::size_t seen = test::keep_nearest(wide);
+    EXPECT_GT(seen, 150U);
+    const std::size_t wrong = test::misread(wide.recording, 200, misread, 4);
+    SceneMap map;
+    const Outcome outcome = mapped(wide, &map);
+    std::printf("%zu of %zu tags, %zu wrong ids: %.3f m (worst %.3f m, %.1f sigma)\n", outcome.tags, seen,
+                wrong, outcome.mean_m, outcome.worst_m, worst_sigmas(wide, map));
+    EXPECT_GE(static_cast<double>(outcome.tags), (misread > 0 ? 0.98 : 1) * static_cast<double>(seen));
+    EXPECT_LT(worst_sigmas(wide, map), 5);
+    EXPECT_TRUE(map.undetermined.empty());
+  }
+}
+
 TEST(WrongIds, APartConnectedByTwoObservationsIsMappedAndReported) {
   SceneMap map;
   EXPECT_EQ(mapped(thinly_tied(2), &map).tags, 60U);

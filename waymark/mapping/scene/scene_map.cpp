@@ -224,7 +224,7 @@ class Search {
         if (term == to.end() || term->second->a != map_.problem.body_at(body, f - 1)) continue;
         const RelativePoseFactor& factor = term->second->factor;
         const Matrix6 W_inverse = factor.whitening.inverse();
-        const Matrix6 Ad = cam_T_body.adjoint();
+        const Matrix6 Ad = (cam_T_body * factor.body_T_sensor).adjoint();
         motions[c * (frames + 1) + f] = {
             true,
             cam_T_body * factor.body_T_sensor * factor.measured * factor.body_T_sensor.inverse() * body_T_cam,
