@@ -56,11 +56,12 @@ std::optional<Eigen::Matrix<double, 8, 1>> corner_residual(const CornerFactor& f
   const Eigen::Matrix3d map_R_body = poses.map_T_body.rotation().matrix();
   const Eigen::Matrix3d body_R_tag = poses.body_T_tag.rotation().matrix();
   const double scale = factor.isotropic ? factor.whitening(0, 0) : 1;
-  const std::array<Eigen::Vector3d, 4> tag_p = tag_corners(factor.size_m);
+  const std::array<Eigen::Vector3d, 4> tag_p = tag_corners(factor.size_m * poses.size_scale);
   Eigen::Matrix<double, 8, 1> r;
   for (int i = 0; i < 4; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const Eigen::Vector3d body_p = body_R_tag * tag_p[at] + poses.body_T_tag.translation();
+    const Eigen::Vector3d from_middle = body_R_tag * tag_p[at];
+    const Eigen::Vector3d body_p = from_middle + poses.body_T_tag.translation();
     const Eigen::Vector3d map_p = map_R_body * body_p + poses.map_T_body.translation();
     const Eigen::Vector3d rig_p = rig_R_map * (map_p - poses.map_T_rig.translation());
     Matrix23 J_px_cam;
@@ -75,6 +76,7 @@ std::optional<Eigen::Matrix<double, 8, 1>> corner_residual(const CornerFactor& f
     if (J->wants_rig) carry(J_px_map, map_p, -1, 2 * i, J->rig);
     if (J->wants_body) carry(J_px_map, map_p, 1, 2 * i, J->body);
     if (J->wants_tag) carry(J_px_map * map_R_body, body_p, 1, 2 * i, J->tag);
+    if (J->wants_size) J->size.segment<2>(2 * i) = J_px_map * (map_R_body * from_middle);
   }
   if (factor.isotropic) return r;
   if (J != nullptr) {
@@ -82,6 +84,7 @@ std::optional<Eigen::Matrix<double, 8, 1>> corner_residual(const CornerFactor& f
     if (J->wants_cam) whiten(factor.whitening, J->cam);
     if (J->wants_body) whiten(factor.whitening, J->body);
     if (J->wants_tag) whiten(factor.whitening, J->tag);
+    if (J->wants_size) J->size = factor.whitening.lazyProduct(J->size).eval();
   }
   return factor.whitening.lazyProduct(r).eval();
 }
@@ -92,7 +95,7 @@ std::optional<CornerIntrinsicsJacobian> corner_intrinsics_jacobian(const CornerF
   const SE3 cam_T_tag = (poses.map_T_rig * poses.rig_T_cam).inverse() * poses.map_T_body * poses.body_T_tag;
   CornerIntrinsicsJacobian J;
   int row = 0;
-  for (const Eigen::Vector3d& tag_p : tag_corners(factor.size_m)) {
+  for (const Eigen::Vector3d& tag_p : tag_corners(factor.size_m * poses.size_scale)) {
     const auto J_px = intrinsics_jacobian(camera, cam_T_tag * tag_p);
     if (!J_px) return std::nullopt;
     if (row == 0) J.resize(8, J_px->cols());

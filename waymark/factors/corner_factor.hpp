@@ -35,15 +35,18 @@ struct CornerPoses {
   SE3 rig_T_cam{};
   SE3 map_T_body{};
   SE3 body_T_tag{};
+  double size_scale = 1;  ///< actual side of the tag over that in CornerFactor
 };
 
-/// Jacobians J_r_X (8x6) of the whitened residual for a left perturbation of each requested pose.
+/// Jacobians J_r_X (8x6) of the whitened residual for a left perturbation of each requested pose, and
+/// J_r_size for log(size_scale).
 struct CornerJacobians {
-  bool wants_rig = true, wants_cam = true, wants_body = true, wants_tag = true;
+  bool wants_rig = true, wants_cam = true, wants_body = true, wants_tag = true, wants_size = false;
   Eigen::Matrix<double, 8, 6> rig;
   Eigen::Matrix<double, 8, 6> cam;
   Eigen::Matrix<double, 8, 6> body;
   Eigen::Matrix<double, 8, 6> tag;
+  Eigen::Matrix<double, 8, 1> size;
 };
 
 /// Whitened residual, projected minus measured; in the order TL x, TL y, TR x, TR y, and so on. Empty (and J

@@ -1,6 +1,8 @@
 // Analytic and numeric Jacobians, whitening, and invariance under a common motion.
 #include "waymark/factors/corner_factor.hpp"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/numeric_jacobian.hpp"
@@ -57,7 +59,7 @@ TEST_P(CornerFactorOf, JacobiansAgainstNumeric) {
   Random random(11);
   for (int round = 0; round < 20; ++round) {
     const Scene scene = random_scene(random, camera);
-    CornerJacobians J;
+    CornerJacobians J{.wants_size = true};
     ASSERT_TRUE(corner_residual(scene.factor, camera, scene.poses, &J));
     const auto expect = [&](SE3 CornerPoses::*member, const Eigen::Matrix<double, 8, 6>& analytic) {
       const auto moved = [&](const SE3::Tangent& xi) {
@@ -72,6 +74,13 @@ TEST_P(CornerFactorOf, JacobiansAgainstNumeric) {
     expect(&CornerPoses::rig_T_cam, J.cam);
     expect(&CornerPoses::map_T_body, J.body);
     expect(&CornerPoses::body_T_tag, J.tag);
+    const auto resized = [&](const Eigen::Matrix<double, 1, 1>& log_scale) {
+      CornerPoses poses = scene.poses;
+      poses.size_scale = std::exp(log_scale[0]);
+      return *corner_residual(scene.factor, camera, poses);
+    };
+    const auto numeric = numeric_jacobian<8, 1>(resized, Eigen::Matrix<double, 1, 1>::Zero().eval(), 1e-3);
+    EXPECT_LT((numeric - J.size).norm(), 1e-6 * J.size.norm());
   }
 }
 

@@ -200,9 +200,7 @@ void read_observations(const LapInput& input, const LapBundle& lap, BundleMap& r
     }
     CornerFactor plain = term.factor;
     plain.whitening.setIdentity();
-    const auto& poses = lap.bundle.poses;
-    const auto r = corner_residual(plain, lap.bundle.cameras[term.camera],
-                                   {poses[term.rig].value, poses[term.cam].value, {}, poses[term.tag].value});
+    const auto r = corner_residual(plain, lap.bundle.cameras[term.camera], poses_of(lap.bundle, term));
     if (r) squares += r->squaredNorm();
     if (r) add_to_regions(*r, term.factor, lap.bundle.cameras[term.camera], result);
     numbers += 8;

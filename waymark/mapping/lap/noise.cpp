@@ -23,9 +23,7 @@ double used_up(const CornerTerm& term, const Bundle& bundle, const BundleCovaria
                const Matrix6& P_rig_tag) {
   CornerJacobians J;
   J.wants_cam = J.wants_body = false;
-  const CornerPoses poses{bundle.poses[term.rig].value, bundle.poses[term.cam].value,
-                          bundle.poses[term.body].value, bundle.poses[term.tag].value};
-  if (!corner_residual(term.factor, bundle.cameras[term.camera], poses, &J)) return 0;
+  if (!corner_residual(term.factor, bundle.cameras[term.camera], poses_of(bundle, term), &J)) return 0;
   return (J.rig * P.poses[term.rig]).cwiseProduct(J.rig).sum() +
          (J.tag * P.poses[term.tag]).cwiseProduct(J.tag).sum() +
          2 * (J.rig * P_rig_tag).cwiseProduct(J.tag).sum();

@@ -45,8 +45,7 @@ std::map<PoseIndex, Matrix6> covariance_of_print(const Bundle& bundle, double si
     const auto pose = [&](PoseIndex i) { return bundle.poses[i].value; };
     CornerJacobians J;
     J.wants_rig = J.wants_cam = J.wants_body = false;
-    const CornerPoses poses{pose(term.rig), pose(term.cam), pose(term.body), pose(term.tag)};
-    if (!corner_residual(plain, bundle.cameras[term.camera], poses, &J)) continue;
+    if (!corner_residual(plain, bundle.cameras[term.camera], poses_of(bundle, term), &J)) continue;
     const Eigen::Matrix<double, 8, 6> white = term.factor.whitening * J.tag;
     Sums& sums = tags[term.tag];
     sums.information += white.transpose() * white;

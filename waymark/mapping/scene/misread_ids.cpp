@@ -88,11 +88,12 @@ class Corrector {
     Candidate candidate{.like = like};
     CornerFactor turned = term.factor;
     turned.size_m = bundle.corners[like].factor.size_m;
+    CornerPoses poses = poses_of(bundle, bundle.corners[like]);  // those of the tag, in the frame of the term
+    poses.map_T_rig = bundle.poses[term.rig].value;
+    poses.rig_T_cam = bundle.poses[term.cam].value;
+    poses.map_T_body = bundle.poses[term.body].value;
     for (int turn = 0; turn < 4; ++turn) {
-      const auto r =
-          corner_residual(turned, bundle.cameras[term.camera],
-                          {bundle.poses[term.rig].value, bundle.poses[term.cam].value,
-                           bundle.poses[term.body].value, bundle.poses[bundle.corners[like].tag].value});
+      const auto r = corner_residual(turned, bundle.cameras[term.camera], poses);
       if (r && r->squaredNorm() < candidate.chi2) {
         candidate.chi2 = r->squaredNorm();
         candidate.factor = turned;
@@ -129,6 +130,7 @@ class Corrector {
     CornerTerm& term = terms()[i];
     term.factor = found.factor;
     term.tag = terms()[found.like].tag;
+    term.size = terms()[found.like].size;
     term.used = true;
     term.unconfirmed = false;
   }

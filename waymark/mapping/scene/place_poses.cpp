@@ -305,9 +305,7 @@ namespace {
 constexpr std::size_t kMaxVotes = 120;
 
 double loss(const Bundle& bundle, const CornerTerm& term, double good_chi2) {
-  const auto r = corner_residual(term.factor, bundle.cameras[term.camera],
-                                 {bundle.poses[term.rig].value, bundle.poses[term.cam].value,
-                                  bundle.poses[term.body].value, bundle.poses[term.tag].value});
+  const auto r = corner_residual(term.factor, bundle.cameras[term.camera], poses_of(bundle, term));
   // A tag that is not visible is given the maximum loss.
   return std::log1p((r ? r->squaredNorm() : 1e12) / good_chi2);
 }

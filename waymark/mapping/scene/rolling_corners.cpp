@@ -73,9 +73,9 @@ class Motions {
 /// Transforms the corners of one observation. Returns the largest change, which is infinite if the motion is
 /// unknown.
 double bring_to_middle(const SceneObservation& seen, double readout_s, const Motions& motions,
-                       const CameraModel& camera, CornerTerm& term) {
+                       const CameraModel& camera, double side_m, CornerTerm& term) {
   std::optional<MovingTag> tag = motions.motion(seen);
-  if (tag) tag->size_m = term.factor.size_m;
+  if (tag) tag->size_m = side_m;
   const auto shift = tag ? rolling_shift(*tag, seen.factor.corners_px, camera, readout_s) : std::nullopt;
   if (!shift || !shift->allFinite()) return std::numeric_limits<double>::infinity();
   double most = 0;
@@ -100,7 +100,8 @@ double bring_corners_to_middle(const SceneRecording& recording, SceneMap& map) {
     const double readout_s = map.scene.cameras[seen.camera].readout_s;
     CornerTerm& term = bundle.corners[i];
     if (readout_s == 0 || map.placed[term.tag] == 0) continue;
-    const double change = bring_to_middle(seen, readout_s, motions, bundle.cameras[seen.camera], term);
+    const double change =
+        bring_to_middle(seen, readout_s, motions, bundle.cameras[seen.camera], side_m(bundle, term), term);
     if (std::isfinite(change)) {
       most = std::max(most, change);
       continue;

@@ -117,9 +117,7 @@ void measure_reprojection(SceneMap& map) {
     if (!term.used) continue;
     CornerFactor plain = term.factor;
     plain.whitening.setIdentity();
-    const auto r = corner_residual(plain, bundle.cameras[term.camera],
-                                   {bundle.poses[term.rig].value, bundle.poses[term.cam].value,
-                                    bundle.poses[term.body].value, bundle.poses[term.tag].value});
+    const auto r = corner_residual(plain, bundle.cameras[term.camera], poses_of(bundle, term));
     for (Eigen::Index k = 0; r && k < 4; ++k) errors.push_back(r->segment<2>(2 * k).norm());
   }
   if (errors.empty()) return;
@@ -507,9 +505,7 @@ double corner_chi2_per_dof(const SceneMap& map) {
     own.whitening = map.observations.seen[i].factor.whitening;
     own.isotropic = map.observations.seen[i].factor.isotropic;
     if (!term.used || own.isotropic) continue;
-    const auto r = corner_residual(own, bundle.cameras[term.camera],
-                                   {bundle.poses[term.rig].value, bundle.poses[term.cam].value,
-                                    bundle.poses[term.body].value, bundle.poses[term.tag].value});
+    const auto r = corner_residual(own, bundle.cameras[term.camera], poses_of(bundle, term));
     if (!r) continue;
     auto& [sum, count] = views[{term.camera, map.observations.seen[i].frame}];
     sum += r->squaredNorm();

@@ -129,6 +129,28 @@ void BlockSystem::add_corners(const std::array<int, 4>& unknowns,
   }
 }
 
+void BlockSystem::add_corner_size(const std::array<int, 4>& unknowns,
+                                  const std::array<const Eigen::Matrix<double, 8, 6>*, 4>& J, int size,
+                                  const Eigen::Matrix<double, 8, 1>& J_size,
+                                  const Eigen::Matrix<double, 8, 1>& r, double weight) {
+  const Eigen::Matrix<double, 8, 1> weighted = weight * J_size;
+  gradient_[offset(size)] += weighted.dot(r);
+  H_.valuePtr()[H_.outerIndexPtr()[offset(size)] + place(size, size)] += weighted.dot(J_size);
+  const bool mirrored = unknowns[0] >= 0 && unknowns[2] >= 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (unknowns[k] < 0) continue;
+    const bool is_mirror = k == 2 && mirrored;
+    const Eigen::Matrix<double, 8, 6>& J_pose = is_mirror ? *J[0] : *J[k];
+    Eigen::Matrix<double, 6, 1> column = J_pose.transpose().lazyProduct(weighted);
+    if (is_mirror) column = -column;
+    const auto [early, late] = std::minmax(unknowns[k], size);
+    const int first = H_.outerIndexPtr()[offset(early)];
+    const int stride = size == late ? H_.outerIndexPtr()[offset(early) + 1] - first : 1;
+    double* values = H_.valuePtr() + first + place(late, early);
+    for (int i = 0; i < 6; ++i) values[i * stride] += column[i];
+  }
+}
+
 BlockSystem::Block BlockSystem::at_place(int row, int column, int start) const {
   const int first = H_.outerIndexPtr()[offset(column)];
   return {H_.valuePtr() + first + start, dimension(row), dimension(column),

@@ -36,6 +36,13 @@ class BlockSystem {
                    const std::array<const Eigen::Matrix<double, 8, 6>*, 4>& J,
                    const Eigen::Matrix<double, 8, 1>& r, double weight);
 
+  /// Does the same for the size of the tag, an unknown of one dimension, after add_corners() with the same
+  /// unknowns and Jacobians.
+  void add_corner_size(const std::array<int, 4>& unknowns,
+                       const std::array<const Eigen::Matrix<double, 8, 6>*, 4>& J, int size,
+                       const Eigen::Matrix<double, 8, 1>& J_size, const Eigen::Matrix<double, 8, 1>& r,
+                       double weight);
+
   [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
   [[nodiscard]] const Sparse& lower() const { return H_; }
   using Block = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;

@@ -33,7 +33,9 @@ class Accumulator {
     // The Jacobian of the body is otherwise minus that of the rig.
     J.wants_body = at(term.body) >= 0 && (!J.wants_rig || lens >= 0);
     J.wants_tag = at(term.tag) >= 0;
-    const CornerPoses poses{pose(term.rig), pose(term.cam), pose(term.body), pose(term.tag)};
+    const int size = term.size ? unknowns_.of_sizes[*term.size] : -1;
+    J.wants_size = size >= 0;
+    const CornerPoses poses = poses_of(bundle_, term);
     const auto r = corner_residual(term.factor, bundle_.cameras[term.camera], poses, system_ ? &J : nullptr);
     if (!r) {
       cost_ = std::numeric_limits<double>::infinity();
@@ -47,16 +49,20 @@ class Accumulator {
     if (lens >= 0) {
       const auto J_lens = corner_intrinsics_jacobian(term.factor, bundle_.cameras[term.camera], poses);
       if (!J_lens) return;  // cannot happen, because the residual could be evaluated
-      system_->add(std::array<Part, 5>{{{at(term.rig), J.rig},
+      system_->add(std::array<Part, 6>{{{at(term.rig), J.rig},
                                         {at(term.cam), J.cam},
                                         {at(term.body), J.body},
                                         {at(term.tag), J.tag},
-                                        {lens, *J_lens}}},
+                                        {lens, *J_lens},
+                                        {size, J.size}}},
                    *r, weight);
       return;
     }
     system_->add_corners({at(term.rig), at(term.cam), at(term.body), at(term.tag)},
                          {&J.rig, &J.cam, &J.body, &J.tag}, *r, weight);
+    if (size < 0) return;
+    system_->add_corner_size({at(term.rig), at(term.cam), at(term.body), at(term.tag)},
+                             {&J.rig, &J.cam, &J.body, &J.tag}, size, J.size, *r, weight);
   }
 
   void operator()(const PriorTerm& term) {
@@ -164,6 +170,14 @@ class Accumulator {
     add(Eigen::VectorXd(J * off), std::array<Part, 1>{{{unknowns_.of_intrinsics[camera], J}}});
   }
 
+  void prior_of_size(std::size_t i) {
+    if (unknowns_.of_sizes[i] < 0) return;
+    const BundleSize& size = bundle_.sizes[i];
+    const Eigen::Matrix<double, 1, 1> J(1 / size.sigma);
+    add(Eigen::Matrix<double, 1, 1>(size.log_scale / size.sigma),
+        std::array<Part, 1>{{{unknowns_.of_sizes[i], J}}});
+  }
+
   [[nodiscard]] double cost() const { return cost_; }
 
  private:
@@ -228,6 +242,24 @@ void add_intrinsics(const Bundle& bundle, Unknowns& unknowns) {
   }
 }
 
+/// Adds the sizes that are not exact and have terms in use.
+void add_sizes(const Bundle& bundle, Unknowns& unknowns) {
+  unknowns.of_sizes.assign(bundle.sizes.size(), -1);
+  for (const CornerTerm& term : bundle.corners) {
+    if (!term.used || !term.size || !(bundle.sizes[*term.size].sigma > 0)) continue;
+    int& size = unknowns.of_sizes[*term.size];
+    if (size < 0) {
+      size = static_cast<int>(unknowns.dimensions.size());
+      unknowns.dimensions.push_back(1);
+    }
+    for (PoseIndex pose : {term.rig, term.cam, term.body, term.tag}) {
+      if (unknowns.of_pose[pose] >= 0) unknowns.couplings.emplace_back(unknowns.of_pose[pose], size);
+    }
+    const int lens = unknowns.of_intrinsics.empty() ? -1 : unknowns.of_intrinsics[term.camera];
+    if (lens >= 0) unknowns.couplings.emplace_back(lens, size);
+  }
+}
+
 }  // namespace
 
 Unknowns unknowns_of(const Bundle& bundle) {
@@ -247,6 +279,7 @@ Unknowns unknowns_of(const Bundle& bundle) {
     if (!scales.fixed) unknowns.dimensions.push_back(scales.unknowns());
   }
   add_intrinsics(bundle, unknowns);
+  add_sizes(bundle, unknowns);
   for_poses_of_terms(bundle, [&](const auto& poses) {
     for (PoseIndex a : poses) {
       for (PoseIndex b : poses) {
@@ -274,6 +307,7 @@ double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_
       bundle.directions);
   for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) sum.prior_of_scales(i);
   for (std::size_t i = 0; i < unknowns.of_intrinsics.size(); ++i) sum.prior_of_intrinsics(i);
+  for (std::size_t i = 0; i < unknowns.of_sizes.size(); ++i) sum.prior_of_size(i);
   return sum.cost();
 }
 
@@ -301,20 +335,35 @@ void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::Vec
     bundle.intrinsics[i].possible = moved && (moved->reaches_an_edge() || !camera.reaches_an_edge());
     if (bundle.intrinsics[i].possible) camera = *moved;
   }
+  constexpr double kMaxLogScale = 0.7;  // a factor of two
+  for (std::size_t i = 0; i < unknowns.of_sizes.size(); ++i) {
+    const int unknown = unknowns.of_sizes[i];
+    if (unknown < 0) continue;
+    double& log_scale = bundle.sizes[i].log_scale;
+    log_scale = std::clamp(log_scale + step[system.offset(unknown)], -kMaxLogScale, kMaxLogScale);
+  }
 }
 
 }  // namespace waymark::internal
 
 namespace waymark {
+
+CornerPoses poses_of(const Bundle& bundle, const CornerTerm& term) {
+  return {bundle.poses[term.rig].value, bundle.poses[term.cam].value, bundle.poses[term.body].value,
+          bundle.poses[term.tag].value, term.size ? std::exp(bundle.sizes[*term.size].log_scale) : 1};
+}
+
+double side_m(const Bundle& bundle, const CornerTerm& term) {
+  return term.factor.size_m * (term.size ? std::exp(bundle.sizes[*term.size].log_scale) : 1);
+}
+
 namespace {
 
 using internal::BlockSystem;
 using internal::Unknowns;
 
 std::optional<double> chi2_of(const Bundle& bundle, const CornerTerm& term) {
-  const CornerPoses poses{bundle.poses[term.rig].value, bundle.poses[term.cam].value,
-                          bundle.poses[term.body].value, bundle.poses[term.tag].value};
-  const auto r = corner_residual(term.factor, bundle.cameras[term.camera], poses);
+  const auto r = corner_residual(term.factor, bundle.cameras[term.camera], poses_of(bundle, term));
   if (!r) return std::nullopt;
   return r->squaredNorm();
 }
@@ -335,6 +384,7 @@ struct Values {
   std::vector<BundleScales> scales;
   std::vector<CameraModel> cameras;
   std::vector<BundleIntrinsics> intrinsics;
+  std::vector<BundleSize> sizes;
 };
 
 /// Adapts a bundle to levenberg_marquardt(). Contains the normal equations and their factorisation.
@@ -366,13 +416,14 @@ class BundleProblem {
   }
   void retract(const Eigen::VectorXd& step) { internal::apply(unknowns_, system_, step, bundle_); }
   [[nodiscard]] Values values() const {
-    return {bundle_.poses, bundle_.odometry_scales, bundle_.cameras, bundle_.intrinsics};
+    return {bundle_.poses, bundle_.odometry_scales, bundle_.cameras, bundle_.intrinsics, bundle_.sizes};
   }
   void restore(const Values& values) {
     bundle_.poses = values.poses;
     bundle_.odometry_scales = values.scales;
     bundle_.cameras = values.cameras;
     bundle_.intrinsics = values.intrinsics;
+    bundle_.sizes = values.sizes;
   }
 
  private:
@@ -444,6 +495,7 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   result.poses.assign(bundle.poses.size(), Matrix6::Zero());
   result.scales.assign(bundle.odometry_scales.size(), Matrix6::Zero());
   result.intrinsics.resize(bundle.cameras.size());
+  result.sizes.assign(bundle.sizes.size(), 0);
   internal::Unknowns unknowns = internal::unknowns_of(bundle);
   if (unknowns.dimensions.empty()) return result;
   result.pairs.assign(pairs.size(), Matrix6::Zero());
@@ -470,6 +522,9 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
     }
     for (std::size_t i = 0; i < unknowns.of_intrinsics.size(); ++i) {
       if (unknowns.of_intrinsics[i] >= 0) result.intrinsics[i] = block_of(unknowns.of_intrinsics[i]);
+    }
+    for (std::size_t i = 0; i < unknowns.of_sizes.size(); ++i) {
+      if (unknowns.of_sizes[i] >= 0) result.sizes[i] = block_of(unknowns.of_sizes[i])(0, 0);
     }
   };
   const internal::FrontPlan fronts = internal::front_plan(system);

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -40,6 +41,14 @@ struct CornerTerm {
   bool used = true;  ///< false for an outlier, which is evaluated but does not add to the cost
   /// No other observation confirms it; it is unused until all other poses are estimated.
   bool unconfirmed = false;
+  std::optional<std::size_t> size{};  ///< index into Bundle::sizes; without it, the size of the tag is exact
+};
+
+/// The deviation of a printed size from the one given in CornerFactor: the side is exp(log_scale) times as
+/// long.
+struct BundleSize {
+  double log_scale = 0;
+  double sigma = 0;  ///< standard deviation of the prior, whose mean is 0; 0 if the size is exact
 };
 
 struct PriorTerm {
@@ -120,6 +129,7 @@ struct Bundle {
   std::vector<BundleIntrinsics> intrinsics{};  ///< for each camera; empty if all are fixed
   std::vector<BundlePose> poses{};
   std::vector<BundleScales> odometry_scales{};
+  std::vector<BundleSize> sizes{};
   std::vector<CornerTerm> corners{};
   std::vector<PriorTerm> priors{};
   std::vector<PairPriorTerm> pair_priors{};
@@ -137,6 +147,11 @@ struct Bundle {
     return poses.size() - 1;
   }
 };
+
+/// The poses and the size of a corner term.
+[[nodiscard]] CornerPoses poses_of(const Bundle& bundle, const CornerTerm& term);
+/// The side of its tag [m].
+[[nodiscard]] double side_m(const Bundle& bundle, const CornerTerm& term);
 
 struct BundleOptions {
   int max_iterations = 100;
@@ -198,7 +213,8 @@ struct BundleCovariance {
   std::vector<Matrix6> poses{};
   std::vector<Matrix6> scales{};              ///< in the order of OdometryScales::vector(); zero if fixed
   std::vector<Eigen::MatrixXd> intrinsics{};  ///< for each camera; empty if fixed
-  std::vector<std::size_t> undetermined{};    ///< indices of poses with an undetermined direction
+  std::vector<double> sizes{};  ///< variance of each log_scale; zero if exact or in no term in use
+  std::vector<std::size_t> undetermined{};  ///< indices of poses with an undetermined direction
   /// Cross-covariances of the requested pairs (rows: first pose, columns: second pose).
   std::vector<Matrix6> pairs{};
 };
@@ -211,12 +227,13 @@ struct BundleCovariance {
 
 namespace internal {
 
-/// Poses, scales and intrinsics of a bundle that are unknowns of the linear system, and their positions in
-/// it.
+/// Poses, scales, intrinsics and sizes of a bundle that are unknowns of the linear system, and their
+/// positions in it.
 struct Unknowns {
   std::vector<int> of_pose{};  ///< index of each pose's unknown; -1 if the pose is fixed or in no term
   std::vector<int> of_scales{};
   std::vector<int> of_intrinsics{};  ///< for each camera; empty if all are fixed
+  std::vector<int> of_sizes{};
   std::vector<int> dimensions{};
   std::vector<std::pair<int, int>> couplings{};
 };
@@ -228,8 +245,8 @@ struct Unknowns {
 /// if a tag of a corner term in use is not visible.
 double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system);
 
-/// Applies a step of the system. Poses are multiplied by the exponential of the step on the left; for scales
-/// and intrinsics, the step is added.
+/// Applies a step of the system. Poses are multiplied by the exponential of the step on the left; for scales,
+/// intrinsics and sizes, the step is added.
 void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::VectorXd& step, Bundle& bundle);
 
 }  // namespace internal

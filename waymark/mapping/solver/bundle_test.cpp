@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <utility>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
@@ -92,6 +94,20 @@ void add_noise(Bundle& bundle, Random& random) {
   }
 }
 
+/// Gives each tag a size of its own that deviates from the given one. Its square in the images is unchanged.
+void print_badly(Bundle& bundle, Random& random, double sigma) {
+  std::map<PoseIndex, std::size_t> sizes;
+  std::vector<double> log_scales;
+  for (CornerTerm& term : bundle.corners) {
+    const auto [size, is_new] = sizes.try_emplace(term.tag, sizes.size());
+    if (is_new) log_scales.push_back(sigma * random.normal());
+    term.size = size->second;
+    term.factor.size_m = kSize / std::exp(log_scales[size->second]);
+  }
+  bundle.sizes.assign(sizes.size(), {.sigma = sigma});
+  for (std::size_t i = 0; i < log_scales.size(); ++i) bundle.sizes[i].log_scale = log_scales[i];
+}
+
 TEST(Bundle, FindsTheTruthWithoutNoise) {
   Scene scene = make_scene(1);
   Random random(2);
@@ -101,6 +117,64 @@ TEST(Bundle, FindsTheTruthWithoutNoise) {
   EXPECT_LT(summary.final_cost, 1e-12);
   for (std::size_t i = 0; i < scene.truth.size(); ++i)
     EXPECT_LT(minus(scene.bundle.poses[i].value, scene.truth[i]).norm(), 1e-7) << i;
+}
+
+TEST(Bundle, FindsSizes) {
+  for (const bool free_camera : {false, true}) {
+    Scene scene = make_scene(1);
+    Random random(2);
+    print_badly(scene.bundle, random, 0.05);
+    std::vector<double> truth;
+    for (BundleSize& size : scene.bundle.sizes) {
+      truth.push_back(std::exchange(size.log_scale, 0));
+      size.sigma = 1e3;  // nearly no prior
+    }
+    if (free_camera) {
+      const Eigen::VectorXd now = intrinsics_of(scene.bundle.cameras[0]);
+      scene.bundle.intrinsics = {{now, 1e-3 * now.cwiseAbs().cwiseMax(1)}};
+    }
+    disturb(scene.bundle, random, 0.05, 0.05);
+    EXPECT_TRUE(solve(scene.bundle).converged);
+    // Only the fixed tag determines the scale of the map, so its size cannot be wrong.
+    const double scale = scene.bundle.sizes[0].log_scale - truth[0];
+    for (std::size_t i = 0; i < truth.size(); ++i)
+      EXPECT_NEAR(scene.bundle.sizes[i].log_scale - truth[i], scale, 1e-6) << i;
+  }
+}
+
+TEST(Bundle, AnExactSizeIsNoUnknown) {
+  Scene scene = make_scene(1);
+  Random random(2);
+  print_badly(scene.bundle, random, 0.05);
+  for (BundleSize& size : scene.bundle.sizes) size.sigma = 0;
+  const internal::Unknowns unknowns = internal::unknowns_of(scene.bundle);
+  EXPECT_EQ(std::ranges::count(unknowns.dimensions, 1), 0);
+  EXPECT_LT(cost(scene.bundle), 1e-12);  // a value other than zero is still used
+  for (const double variance : covariance(scene.bundle).sizes) EXPECT_EQ(variance, 0);
+}
+
+TEST(Bundle, CovarianceOfSizesIsConsistent) {
+  constexpr int kDraws = 400;
+  constexpr double kSigma = 0.01;
+  Random random(8);
+  double sum = 0;
+  int count = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Scene scene = make_scene(6);
+    print_badly(scene.bundle, random, kSigma);
+    std::vector<double> truth;
+    for (BundleSize& size : scene.bundle.sizes) truth.push_back(std::exchange(size.log_scale, 0));
+    add_noise(scene.bundle, random);
+    ASSERT_TRUE(solve(scene.bundle).usable());
+    const BundleCovariance P = covariance(scene.bundle);
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      EXPECT_LE(P.sizes[i], kSigma * kSigma);
+      sum += std::pow(scene.bundle.sizes[i].log_scale - truth[i], 2) / P.sizes[i];
+      ++count;
+    }
+  }
+  // The sizes of a draw share the error of the only fixed tag, but draws are independent.
+  EXPECT_NEAR(sum / count, 1, 3 * std::sqrt(2.0 / kDraws));
 }
 
 TEST(Bundle, ARobustLossIgnoresWhatIsWrong) {
@@ -118,7 +192,9 @@ TEST(Bundle, ARobustLossIgnoresWhatIsWrong) {
 }
 
 TEST(Bundle, CovarianceIsTheDenseInverse) {
-  const Scene scene = make_scene(5);
+  Scene scene = make_scene(5);
+  Random random(6);
+  print_badly(scene.bundle, random, 0.02);
   const auto unknowns = internal::unknowns_of(scene.bundle);
   internal::BlockSystem system(unknowns.dimensions, unknowns.couplings);
   internal::accumulate(scene.bundle, unknowns, 0, &system);
@@ -132,6 +208,10 @@ TEST(Bundle, CovarianceIsTheDenseInverse) {
     const int at = system.offset(unknowns.of_pose[i]);
     const Matrix6 expected = dense.block<6, 6>(at, at);
     EXPECT_LT((P.poses[i] - expected).norm(), 1e-6 * expected.norm()) << i;
+  }
+  for (std::size_t i = 0; i < P.sizes.size(); ++i) {
+    const int at = system.offset(unknowns.of_sizes[i]);
+    EXPECT_NEAR(P.sizes[i], dense(at, at), 1e-6 * dense(at, at)) << i;
   }
 }
 

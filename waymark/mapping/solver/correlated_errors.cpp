@@ -22,9 +22,7 @@ AllSeries residuals_in_use(const Bundle& bundle, const std::vector<std::size_t>&
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const CornerTerm& term = bundle.corners[i];
     if (!term.used) continue;
-    const auto r = corner_residual(term.factor, bundle.cameras[term.camera],
-                                   {bundle.poses[term.rig].value, bundle.poses[term.cam].value,
-                                    bundle.poses[term.body].value, bundle.poses[term.tag].value});
+    const auto r = corner_residual(term.factor, bundle.cameras[term.camera], poses_of(bundle, term));
     if (r) all[{term.camera, term.tag}].emplace(frames[i], *r);
   }
   return all;

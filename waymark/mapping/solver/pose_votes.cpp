@@ -69,7 +69,7 @@ std::vector<Hypothesis> poses_of_square(const Bundle& bundle, const CornerTerm& 
                                         double corner_sigma_px) {
   TagDetection detection;
   detection.corners_px = term.factor.corners_px;
-  const auto pose = estimate_tag_pose(detection, term.factor.size_m, bundle.cameras[term.camera],
+  const auto pose = estimate_tag_pose(detection, side_m(bundle, term), bundle.cameras[term.camera],
                                       {.corner_sigma_px = corner_sigma_px});
   std::vector<Hypothesis> squares;
   if (!pose) return squares;
