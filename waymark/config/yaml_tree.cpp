@@ -377,6 +377,11 @@ std::string yaml_list(std::span<const double> values) {
 }  // namespace waymark
 
 namespace waymark::internal {
+namespace {
+
+constexpr const char* kEndKey = "end";
+
+}  // namespace
 
 Status check_proportion(const YamlCursor& cursor, std::span<const double> values) {
   for (const double value : values) {
@@ -447,6 +452,37 @@ std::string provenance_yaml(const Provenance& provenance) {
   for (const auto& [key, value] : provenance)
     text += fmt::format("  {}: {}\n", yaml_text(key), yaml_text(value));
   return text;
+}
+
+std::string yaml_with_end(std::string_view head, const EntryCount& count, std::size_t number,
+                          std::string_view body) {
+  return fmt::format("{}{}: {}\n{}{}: {}\n", head, count.key, number, body, kEndKey, number);
+}
+
+Status check_end(const YamlCursor& root, const EntryCount& count, std::size_t number) {
+  constexpr std::int64_t kMaxEntries = 10'000'000;
+  const auto declared_at = root.find(count.key);
+  const auto end_at = root.find(kEndKey);
+  if (!declared_at && !end_at) return {};
+  const std::string hint = fmt::format(
+      "Copy or write the file again. If you edited it, remove the keys {} and {}.", count.key, kEndKey);
+  if (!declared_at)
+    return end_at->fail_here(ErrorCode::InvalidArgument,
+                             fmt::format("the key {} is given without {}", kEndKey, count.key), hint);
+  const Result<std::int64_t> declared = declared_at->integer(0, kMaxEntries);
+  if (!declared) return tl::unexpected(declared.error());
+  const Result<std::int64_t> end = end_at ? end_at->integer(0, kMaxEntries) : Result<std::int64_t>(-1);
+  if (!end) return tl::unexpected(end.error());
+  if (*end != *declared)
+    return declared_at->fail_here(
+        ErrorCode::Unreadable,
+        fmt::format("the file is truncated: it contains {} of {} {}, and its last line `{}: {}` is missing",
+                    number, *declared, count.entries, kEndKey, *declared),
+        hint);
+  if (static_cast<std::size_t>(*declared) == number) return {};
+  return declared_at->fail_here(
+      ErrorCode::InvalidArgument,
+      fmt::format("the file declares {} {} but contains {}", *declared, count.entries, number), hint);
 }
 
 }  // namespace waymark::internal

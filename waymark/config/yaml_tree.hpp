@@ -146,4 +146,18 @@ using Provenance = std::vector<std::pair<std::string, std::string>>;
 [[nodiscard]] Result<Provenance> read_provenance(const YamlCursor& root);
 [[nodiscard]] std::string provenance_yaml(const Provenance& provenance);
 
+/// The root key that declares how many entries a written file contains, and what the entries are called.
+struct EntryCount {
+  const char* key;      ///< "tag_count"
+  const char* entries;  ///< "tags"
+};
+
+/// The file `head`, `count.key: number`, `body`, `end: number`. The last line lets readers recognise a file
+/// that was cut at a line boundary, which is still valid YAML.
+[[nodiscard]] std::string yaml_with_end(std::string_view head, const EntryCount& count, std::size_t number,
+                                        std::string_view body);
+/// Fails if a file of yaml_with_end() is truncated, or if it does not contain `number` entries. Files with
+/// neither of the two keys (written by hand or by an earlier program) are accepted.
+[[nodiscard]] Status check_end(const YamlCursor& root, const EntryCount& count, std::size_t number);
+
 }  // namespace waymark::internal

@@ -151,6 +151,35 @@ TEST(YamlWrite, WritesNumbersThatEveryReaderAccepts) {
   EXPECT_EQ(yaml_number(std::numeric_limits<double>::denorm_min()), "5.0e-324");
 }
 
+TEST(YamlWrite, TheEndOfAFileIsCheckedAgainstItsHead) {
+  constexpr internal::EntryCount kCount{.key = "tag_count", .entries = "tags"};
+  const std::string written = internal::yaml_with_end("format: x\n", kCount, 2, "tags: [1, 2]\n");
+  EXPECT_EQ(written, "format: x\ntag_count: 2\ntags: [1, 2]\nend: 2\n");
+  const auto checked = [&](const std::string& text, std::size_t number) {
+    const auto tree = parse_yaml(text, "f.yaml");
+    return tree ? internal::check_end(YamlCursor(*tree, "f.yaml"), kCount, number)
+                : Status(tl::unexpected(tree.error()));
+  };
+  EXPECT_TRUE(checked(written, 2));
+  EXPECT_TRUE(checked("tags: [1, 2]\n", 2)) << "written by hand";
+  for (const char* cut : {"tag_count: 2\n", "tag_count: 2\nend:\n", "tag_count: 12\nend: 1\n"}) {
+    const Status status = checked(cut, 1);
+    ASSERT_FALSE(status) << cut;
+    EXPECT_EQ(status.error().code, ErrorCode::Unreadable);
+    EXPECT_THAT(to_string(status.error()), StartsWith("f.yaml:1 (tag_count): "));
+    testing::expect_on_page("config", to_string(status.error()));
+  }
+  const Status added = checked(written, 3);
+  ASSERT_FALSE(added);
+  EXPECT_EQ(added.error().code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(to_string(added.error()), StartsWith("f.yaml:2 (tag_count): "));
+  testing::expect_on_page("config", to_string(added.error()));
+  const Status without_count = checked("end: 2\n", 2);
+  ASSERT_FALSE(without_count);
+  EXPECT_THAT(to_string(without_count.error()), StartsWith("f.yaml:1 (end): "));
+  EXPECT_FALSE(checked("tag_count: two\nend: 2\n", 2));
+}
+
 TEST(YamlWrite, WritesTextThatReadsBackAsText) {
   EXPECT_EQ(yaml_text("tag36h11"), "tag36h11");
   EXPECT_EQ(yaml_text("/camera/image_raw"), "/camera/image_raw");

@@ -14,6 +14,12 @@ describe("map.yaml", () => {
     expect(() => parseMap(map("tag36h11:7").replace("0.16", "wide"))).toThrow("'size_m'");
     expect(() => parseMap("- 1")).toThrow("not a table");
   });
+  it("rejects a truncated file", () => {
+    const counted = map("tag36h11:7").replace("anchor", "tag_count: 1\nanchor");
+    expect(parseMap(`${counted}end: 1\n`)).toHaveLength(1);
+    expect(() => parseMap(counted)).toThrow("truncated");
+    expect(() => parseMap(`${counted.replace("tag_count: 1", "tag_count: 2")}end: 2\n`)).toThrow("'tag_count' is 2");
+  });
   it("converts the tangent's covariance to the uncertainty of the centre", () => {
     const upper = new Array<number>(21).fill(0); // only a yaw about the map origin with variance 0.0001, the last entry of row 5
     upper[20] = 1e-4;
@@ -32,6 +38,10 @@ describe("route.yaml", () => {
   });
   it("rejects a single point", () => {
     expect(() => parseRoute("format: waymark-route-1\npoints: [[0, 1, 2, 0, 0, 0.3]]")).toThrow("two points");
+  });
+  it("rejects a truncated file", () => {
+    const points = "points: [[0, 1, 2, 0, 0, 0.3], [1, 3, 4, 0, 0, 0.3]]";
+    expect(() => parseRoute(`format: waymark-route-1\npoint_count: 3\n${points}`)).toThrow("truncated");
   });
 });
 

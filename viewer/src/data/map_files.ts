@@ -48,10 +48,21 @@ function numbers(value: unknown, count: number, key: string): number[] {
   return value as number[];
 }
 
+/** Fails if a file that declares its number of entries is truncated: its last key `end` has the same number. */
+function checkEnd(root: Node, key: string, entries: string, count: number): void {
+  const declared = root[key];
+  const end = root["end"];
+  if (declared === undefined && end === undefined) return; // written by hand
+  if (declared !== end)
+    throw new Error(`truncated: ${count} of ${String(declared)} ${entries}, and the last key 'end' is missing. Copy the file again`);
+  if (declared !== count) throw new Error(`'${key}' is ${String(declared)}, but the file contains ${count} ${entries}`);
+}
+
 /** map.yaml (docs/formats/map.md). */
 export function parseMap(text: string): MapTag[] {
   const root = object(text, "map");
   if (root["format"] !== "waymark-map-1") throw new Error("not a map: 'format: waymark-map-1' is missing");
+  checkEnd(root, "tag_count", "tags", list(root["tags"]).length);
   return list(root["tags"]).map((node) => {
     const [family, id] = String(node["tag"]).split(":");
     if (!family || !/^\d+$/.test(id ?? "")) throw new Error(`'${String(node["tag"])}' is not a tag`);
@@ -97,6 +108,9 @@ export function parseRoute(text: string): Route {
   const root = object(text, "route");
   if (root["format"] !== "waymark-route-1") throw new Error("not a route: 'format: waymark-route-1' is missing");
   const points = (Array.isArray(root["points"]) ? root["points"] : []) as unknown[];
+  const declared = root["point_count"];
+  if (declared !== undefined && declared !== points.length)
+    throw new Error(`truncated: ${points.length} of ${String(declared)} points. Copy the file again`);
   if (points.length < 2) throw new Error("a route needs at least two points");
   const xy = new Float64Array(2 * points.length);
   points.forEach((point, i) => xy.set(numbers(point, 6, "points").slice(1, 3), 2 * i));
@@ -119,6 +133,7 @@ const placed = (node: Node): Pose =>
 /** Contents of a simulator world (docs/formats/world.md). */
 export function parseWorld(text: string): World {
   const root = object(text, "world");
+  checkEnd(root, "path_point_count", "path points", Array.isArray(root["path_m"]) ? root["path_m"].length : 0);
   const family = String(root["tag_family"] ?? "tag36h11");
   const size = number(root, "tag_size_m", 0.16);
   const tags = list(root["tags"]).map((tag): MapTag => ({

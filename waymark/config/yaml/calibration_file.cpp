@@ -19,6 +19,8 @@ namespace {
 
 constexpr YamlLimits kCalibrationLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
 constexpr const char* kCalibrationFormat = "waymark-calibration-1";
+constexpr internal::EntryCount kValueCount{.key = "value_count", .entries = "values"};
+constexpr const char* kEnteredByHand = "readout_s";  // not counted, so that it may be added to a file
 constexpr const char* kKnown = "known";
 constexpr const char* kUnobservable = "unobservable";
 
@@ -137,7 +139,13 @@ Status check_calibration_format(const YamlCursor& root) {
     return root.at("format")->fail_here(ErrorCode::Unsupported,
                                         fmt::format("unsupported calibration format '{}'", *format),
                                         fmt::format("Known: {}.", kCalibrationFormat));
-  return root.check_keys({"format", "provenance", "camera_info", "values", kCorrelations});
+  if (Status status = root.check_keys(
+          {"format", kValueCount.key, "provenance", "camera_info", "values", kCorrelations, "end"});
+      !status)
+    return status;
+  const auto values = root.find("values");
+  const std::size_t all = values ? values->children().size() : 0;
+  return internal::check_end(root, kValueCount, values && values->find(kEnteredByHand) ? all - 1 : all);
 }
 
 std::string indented_block(const std::string& text) {
@@ -213,18 +221,20 @@ Result<Calibration> read_calibration(const std::filesystem::path& path) {
 }
 
 std::string to_yaml(const Calibration& calibration) {
-  std::string text = fmt::format(
-                         "# Calibration of a robot by waymark calibrate. sigma: standard deviation in the "
-                         "same unit.\nformat: {}\n",
-                         kCalibrationFormat) +
-                     internal::provenance_yaml(calibration.provenance);
+  // Every key but `format` is optional, so the count precedes it.
+  constexpr const char* kHead =
+      "# Calibration of a robot by waymark calibrate. sigma: standard deviation in the same unit.\n";
+  std::string text =
+      fmt::format("format: {}\n", kCalibrationFormat) + internal::provenance_yaml(calibration.provenance);
   if (calibration.camera)
     text += "camera_info:\n" +
             indented_block(to_camera_info_yaml({.name = "cam", .camera = *calibration.camera}));
   text += calibration.values.empty() ? "values: {}\n" : "values:\n";
+  std::size_t count = 0;
   for (const std::string& name : calibration_names()) {
     const auto found = calibration.values.find(name);
     if (found == calibration.values.end()) continue;
+    if (name != kEnteredByHand) ++count;
     const CalibratedValue& v = found->second;
     text += fmt::format("  {}: {{value: {}, sigma: {}, verdict: {}{}}}\n", name, yaml_number(v.value),
                         yaml_number(v.sigma), v.verdict == CalibrationVerdict::Known ? kKnown : kUnobservable,
@@ -232,7 +242,7 @@ std::string to_yaml(const Calibration& calibration) {
   }
   if (calibration.camera && calibration.camera_correlations.size() > 0)
     text += correlations_yaml(*calibration.camera, calibration.camera_correlations);
-  return text;
+  return internal::yaml_with_end(kHead, kValueCount, count, text);
 }
 
 Status check_calibration_place(const std::filesystem::path& path) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/line_cuts.hpp"
 #include "waymark/config/exchange/camera_file.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
@@ -85,6 +86,20 @@ TEST(CalibrationFile, StoresTheCorrelationsOfTheCamera) {
   EXPECT_NEAR(covariance(0, 1), 0.3 * 0.2 * 0.95, 1e-15);
   EXPECT_NEAR(covariance(3, 3), 0.4 * 0.4, 1e-15);
   EXPECT_TRUE(is_covariance(covariance));
+}
+
+TEST(CalibrationFile, RejectsCutsAtLineEnds) {
+  const std::string text = to_yaml(correlated_calibration());
+  for (const std::string& cut : testing::cuts_at_line_ends(text))
+    EXPECT_FALSE(parse_calibration(cut, "calibration.yaml")) << cut;
+  const auto cut = parse_calibration(text.substr(0, text.find("camera_correlations:")), "calibration.yaml");
+  ASSERT_FALSE(cut);
+  EXPECT_EQ(cut.error().place.key, "value_count");
+  std::string added = text;
+  added.insert(added.find("  fx_px: {"), "  readout_s: {value: 0.015, sigma: 0.001, verdict: known}\n");
+  const auto read = parse_calibration(added, "calibration.yaml");
+  ASSERT_TRUE(read) << to_string(read.error());
+  EXPECT_TRUE(parse_calibration(to_yaml(*read), "written"));
 }
 
 TEST(CalibrationFile, WithoutCorrelationsParametersAreIndependent) {

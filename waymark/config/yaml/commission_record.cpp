@@ -100,15 +100,25 @@ std::string to_yaml(const CommissionRecord& record) {
       "{}:  # written by `waymark commission`\n  passed: {}\n  date: {}\n  version: {}\n  robot: {}\n", kKey,
       record.passed, yaml_text(record.date), yaml_text(record.version), yaml_text(record.robot));
   if (!record.topics.empty()) text += fmt::format("  topics: {}\n", yaml_text(record.topics));
-  text += fmt::format(
-      "  limits: {{speed_m_s: {}, yaw_rate_rad_s: {}, acceleration_m_s2: {}, yaw_acceleration_rad_s2: {}}}\n"
-      "  wheels: {{radius_m: {}, track_m: {}}}\n  failed: [{}]\n  figures:\n",
-      n(record.limits.speed_m_s), n(record.limits.yaw_rate_rad_s), n(record.limits.acceleration_m_s2),
-      n(record.limits.yaw_acceleration_rad_s2), n(record.wheel_radius_m), n(record.track_m), failed);
+  text += fmt::format("  failed: [{}]\n  figures:\n", failed);
   for (const auto& [name, member] : kFigures) {
     if (record.figures.*member) text += fmt::format("    {}: {:.4g}\n", name, *(record.figures.*member));
   }
-  return text;
+  // Required keys are last, so that a record which was cut at the end of a line is rejected.
+  return text + fmt::format(
+                    "  limits: {{speed_m_s: {}, yaw_rate_rad_s: {}, acceleration_m_s2: {}, "
+                    "yaw_acceleration_rad_s2: {}}}\n  wheels: {{radius_m: {}, track_m: {}}}\n",
+                    n(record.limits.speed_m_s), n(record.limits.yaw_rate_rad_s),
+                    n(record.limits.acceleration_m_s2), n(record.limits.yaw_acceleration_rad_s2),
+                    n(record.wheel_radius_m), n(record.track_m));
+}
+
+/// Adds a block at the end of the file, but before its key `end`, which remains the last one.
+std::string with_block(std::string text, const std::string& block) {
+  const bool first = text.starts_with("end:");
+  const std::size_t before = text.rfind("\nend:");
+  if (!first && before == std::string::npos) return text + block;
+  return text.insert(first ? 0 : before + 1, block);
 }
 
 /// The text without a key's top-level block.
@@ -142,7 +152,7 @@ Result<std::optional<CommissionRecord>> parse_commission(std::string_view text, 
 }
 
 Result<std::string> with_commission(std::string_view text, const CommissionRecord& record) {
-  const std::string changed = without_block(text) + to_yaml(record);
+  const std::string changed = with_block(without_block(text), to_yaml(record));
   const auto back = parse_commission(changed, "robot.yaml");
   if (!back) return tl::unexpected(back.error());
   if (!*back || (*back)->date != record.date || (*back)->passed != record.passed)

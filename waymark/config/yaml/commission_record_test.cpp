@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/line_cuts.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
 
@@ -50,6 +51,23 @@ TEST(CommissionRecord, ReplacesThePreviousRecord) {
   const std::string twice = *with_commission(once + "motion: {}\n", second);
   EXPECT_EQ(twice, *with_commission(kLimo + "motion: {}\n", second));
   EXPECT_FALSE(with_commission("{name: x, commissioned: {passed: true}}", second)) << "not in block style";
+}
+
+TEST(CommissionRecord, RejectsCutsAtLineEnds) {
+  const std::string text = *with_commission("", record());
+  for (const std::string& cut : testing::cuts_at_line_ends(text)) {
+    const auto read = parse_commission(cut, "r.yaml");
+    EXPECT_TRUE(!read || !*read) << cut;
+  }
+  const std::string robot = to_yaml(*parse_robot(kLimo, "limo.yaml"));
+  const std::string driven = *with_commission(robot, record());
+  EXPECT_TRUE(driven.ends_with("\nend: 1\n")) << "the record precedes the last key";
+  EXPECT_EQ(*with_commission(driven, record()), driven);
+  const auto back = parse_robot(driven, "r.yaml");
+  ASSERT_TRUE(back) << to_string(back.error());
+  EXPECT_TRUE(back->commissioned);
+  for (const std::string& cut : testing::cuts_at_line_ends(driven))
+    EXPECT_FALSE(parse_robot(cut, "r.yaml")) << cut;
 }
 
 TEST(CommissionRecord, IsInvalidAfterChangesOfTheRobot) {

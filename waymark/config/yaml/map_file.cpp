@@ -14,6 +14,7 @@ namespace {
 
 constexpr YamlLimits kMapLimits{.bytes = std::size_t{1} << 26U, .nodes = 2'000'000, .depth = 16};
 constexpr const char* kFormat = "waymark-map-1";
+constexpr internal::EntryCount kTagCount{.key = "tag_count", .entries = "tags"};
 using Covariance = Eigen::Matrix<double, 6, 6>;
 
 Result<SE3> read_pose(const YamlCursor& entry) {
@@ -199,7 +200,12 @@ Status check_format(const YamlCursor& root) {
     return root.at("format")->fail_here(ErrorCode::Unsupported,
                                         fmt::format("unsupported map format '{}'", *format),
                                         fmt::format("Known: {}.", kFormat));
-  return root.check_keys({"format", "anchor", "floor", "floor_z_m", "provenance", "tags"});
+  if (Status status = root.check_keys(
+          {"format", kTagCount.key, "anchor", "floor", "floor_z_m", "provenance", "tags", "end"});
+      !status)
+    return status;
+  const auto tags = root.find("tags");
+  return internal::check_end(root, kTagCount, tags ? tags->children().size() : 0);
 }
 
 std::string covariance_line(const Covariance& covariance) {
@@ -270,10 +276,11 @@ Result<MapFile> read_map(const std::filesystem::path& path) {
 }
 
 std::string to_yaml(const MapFile& map) {
-  std::string text = fmt::format(
+  const std::string head = fmt::format(
       "# A map of tags by Waymark. Frame map: z up. Tag frame: centre of the black square, x right, y down, "
-      "z into the tag.\nformat: {}\nanchor: {}\n",
-      kFormat, yaml_text(to_string(map.anchor)));
+      "z into the tag.\nformat: {}\n",
+      kFormat);
+  std::string text = fmt::format("anchor: {}\n", yaml_text(to_string(map.anchor)));
   text += floor_yaml(map.tags.floor);
   text += internal::provenance_yaml(map.provenance);
   text += map.tags.tags.empty() ? "tags: []\n" : "tags:\n";
@@ -289,7 +296,7 @@ std::string to_yaml(const MapFile& map) {
     if (mapped.covariance) text += covariance_line(*mapped.covariance);
     if (mapped.tie) text += tie_lines(*mapped.tie);
   }
-  return text;
+  return internal::yaml_with_end(head, kTagCount, map.tags.tags.size(), text);
 }
 
 Status write_map(const std::filesystem::path& path, const MapFile& map) {

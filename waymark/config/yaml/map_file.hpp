@@ -23,7 +23,8 @@ struct MapFile {
 
 /// Reads a map. Fails with file, line and key on a file of another kind, an unknown or missing key, a
 /// duplicate tag, or a tag that is not in its family. Invalid quaternions, covariances without 21 numbers,
-/// and an anchor that is not among the tags are errors too.
+/// and an anchor that is not among the tags are errors too. So is a written file that was cut at the end of a
+/// line: it declares its number of tags, and `end` with the same number is its last key.
 [[nodiscard]] Result<MapFile> read_map(const std::filesystem::path& path);
 /// map.yaml in the folder if the path is a folder, else the path itself.
 [[nodiscard]] std::filesystem::path map_file_of(const std::filesystem::path& map_or_folder);

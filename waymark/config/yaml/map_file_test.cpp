@@ -7,6 +7,7 @@
 
 #include "tests/support/data.hpp"
 #include "tests/support/golden_page.hpp"
+#include "tests/support/line_cuts.hpp"
 #include "waymark/base/random.hpp"
 
 namespace waymark {
@@ -103,11 +104,11 @@ TEST(MapFile, InvalidInputIsReportedWithFileLineAndKey) {
   EXPECT_THAT(
       error_of(replaced(text, "map-1", "map-9")),
       ::testing::AllOf(::testing::HasSubstr("m.yaml:2 (format): "), ::testing::HasSubstr("'waymark-map-9'")));
-  EXPECT_NE(error_of(replaced(text, "size_m", "size_mm")).find("m.yaml:9 (tags[0].size_mm): unknown key"),
+  EXPECT_NE(error_of(replaced(text, "size_m", "size_mm")).find("m.yaml:10 (tags[0].size_mm): unknown key"),
             std::string::npos);
   EXPECT_THAT(error_of(replaced(text, "size_m: 0", "size_m: -0")),
-              ::testing::HasSubstr("m.yaml:9 (tags[0].size_m): "));
-  EXPECT_NE(error_of(replaced(text, "quaternion_xyzw: [", "quaternion_xyzw: [9")).find("m.yaml:11"),
+              ::testing::HasSubstr("m.yaml:10 (tags[0].size_m): "));
+  EXPECT_NE(error_of(replaced(text, "quaternion_xyzw: [", "quaternion_xyzw: [9")).find("m.yaml:12"),
             std::string::npos);
   EXPECT_NE(error_of(replaced(text, "covariance: [", "covariance: [1, ")).find("22 numbers where 21"),
             std::string::npos);
@@ -133,11 +134,28 @@ TEST(MapFile, InvalidInputIsReportedWithFileLineAndKey) {
 
 TEST(MapFile, EveryTruncationIsAnErrorAndNeverACrash) {
   const std::string text = to_yaml(some_map());
-  const std::size_t last_tag = text.rfind("  - tag");
-  for (std::size_t length = 0; length < last_tag; ++length) {
-    const auto map = parse_map(text.substr(0, length), "m.yaml");
-    EXPECT_LT(map ? map->tags.tags.size() : 0, 3U) << length;
-  }
+  for (std::size_t length = 0; length + 1 < text.size(); ++length)
+    EXPECT_FALSE(parse_map(text.substr(0, length), "m.yaml")) << length;
+  EXPECT_TRUE(parse_map(text.substr(0, text.size() - 1), "m.yaml")) << "only the last line break is missing";
+}
+
+TEST(MapFile, RejectsCutsAtLineEnds) {
+  MapFile map = some_map();
+  map.tags.floor.z_m = -0.3;
+  const std::string text = to_yaml(map);
+  for (const std::string& cut : testing::cuts_at_line_ends(text))
+    EXPECT_FALSE(parse_map(cut, "m.yaml")) << cut;
+  const std::string error = error_of(text.substr(0, text.rfind("  - tag")));
+  EXPECT_THAT(error, ::testing::HasSubstr("m.yaml:3 (tag_count): the file is truncated: it contains 2 of 3"));
+  testing::expect_on_page("map", error);
+}
+
+TEST(MapFile, EditedMapsWithoutACountAreRead) {
+  const std::string text = to_yaml(some_map());
+  const std::string fewer = text.substr(0, text.rfind("  - tag"));
+  const std::string error = error_of(fewer + "end: 3\n");
+  EXPECT_THAT(error, ::testing::HasSubstr("m.yaml:3 (tag_count): the file declares 3 tags but contains 2"));
+  EXPECT_EQ(error_of(replaced(fewer, "tag_count: 3\n", "")), "none");
 }
 
 TEST(MapFile, DoesNotWriteNan) {

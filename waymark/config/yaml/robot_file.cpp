@@ -46,6 +46,7 @@ Result<std::optional<MotionNoise>> read_robot_motion(const std::filesystem::path
 
 namespace {
 
+constexpr internal::EntryCount kCameraCount{.key = "camera_count", .entries = "cameras"};
 constexpr double kMaxMetres = 20;  ///< limit for hull, wheels and mounting
 
 /// Reads one part of the file with its required keys.
@@ -157,6 +158,15 @@ Result<std::vector<MountedCamera>> read_robot_cameras(const YamlCursor& root) {
   return cameras;
 }
 
+Status check_robot_keys(const YamlCursor& root) {
+  Status status = root.check_keys({"name", kCameraCount.key, "hull", "limits", "wheels", kMounting, kInfo,
+                                   "cameras", "simulation", "motion", "commissioned", "end"});
+  if (!status) return status;
+  const auto list = root.find("cameras");
+  const std::size_t single = root.find(kMounting) ? 1 : 0;
+  return internal::check_end(root, kCameraCount, list ? list->children().size() : single);
+}
+
 std::string mounting_line(const SE3& base_T_cam) {
   const CameraMounting mounting = camera_mounting(base_T_cam);
   const auto n = yaml_number;
@@ -199,8 +209,7 @@ Result<RobotDescription> parse_robot(std::string_view text, const std::string& s
   const Result<YamlNode> tree = parse_yaml(text, source, kRobotLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
-  Status status = root.check_keys({"name", "hull", "limits", "wheels", kMounting, kInfo, "cameras",
-                                   "simulation", "motion", "commissioned"});
+  Status status = check_robot_keys(root);
   if (!status) return tl::unexpected(status.error());
   const Result<std::string> name = root.read_at("name", &YamlCursor::text);
   if (!name) return tl::unexpected(name.error());
@@ -267,17 +276,19 @@ std::string to_yaml(const RobotDescription& robot) {
   const auto& [name, hull, limits, wheel_radius_m, track_m, base_T_cam] = robot.model;
   const bool named = robot.camera_name != "cam" || !robot.more_cameras.empty();
   const auto n = yaml_number;
-  return fmt::format("name: {}\n", yaml_text(name)) +
-         fmt::format("hull: {{front_m: {}, rear_m: {}, width_m: {}, height_m: {}}}\n", n(hull.front_m),
-                     n(hull.rear_m), n(hull.width_m), n(hull.height_m)) +
-         fmt::format(
-             "limits: {{speed_m_s: {}, yaw_rate_rad_s: {}, acceleration_m_s2: {}, "
-             "yaw_acceleration_rad_s2: {}}}\n",
-             n(limits.speed_m_s), n(limits.yaw_rate_rad_s), n(limits.acceleration_m_s2),
-             n(limits.yaw_acceleration_rad_s2)) +
-         fmt::format("wheels: {{radius_m: {}, track_m: {}}}\n", n(wheel_radius_m), n(track_m)) +
-         (named ? cameras_yaml(robot) : camera_yaml(name, robot.camera, base_T_cam)) + "simulation:\n" +
-         write_fields(robot.simulation, 2);
+  const std::string text =
+      fmt::format("hull: {{front_m: {}, rear_m: {}, width_m: {}, height_m: {}}}\n", n(hull.front_m),
+                  n(hull.rear_m), n(hull.width_m), n(hull.height_m)) +
+      fmt::format(
+          "limits: {{speed_m_s: {}, yaw_rate_rad_s: {}, acceleration_m_s2: {}, "
+          "yaw_acceleration_rad_s2: {}}}\n",
+          n(limits.speed_m_s), n(limits.yaw_rate_rad_s), n(limits.acceleration_m_s2),
+          n(limits.yaw_acceleration_rad_s2)) +
+      fmt::format("wheels: {{radius_m: {}, track_m: {}}}\n", n(wheel_radius_m), n(track_m)) +
+      (named ? cameras_yaml(robot) : camera_yaml(name, robot.camera, base_T_cam)) + "simulation:\n" +
+      write_fields(robot.simulation, 2);
+  return internal::yaml_with_end(fmt::format("name: {}\n", yaml_text(name)), kCameraCount,
+                                 1 + robot.more_cameras.size(), text);
 }
 
 Result<std::vector<ListedFile>> list_shared(std::string_view folder) {

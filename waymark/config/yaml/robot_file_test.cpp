@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/line_cuts.hpp"
 #include "waymark/config/text_file.hpp"
 
 namespace waymark {
@@ -83,6 +84,15 @@ TEST(RobotFile, EachCameraHasItsNameLensAndMounting) {
   ASSERT_TRUE(elsewhere) << to_string(elsewhere.error());
   EXPECT_TRUE(elsewhere->model.base_T_cam.translation().isApprox(moved.translation(), 1e-9));
   EXPECT_EQ(elsewhere->more_cameras[0], parse_robot(kTwoCameras, "two")->more_cameras[0]);
+}
+
+TEST(RobotFile, RejectsCutsAtLineEnds) {
+  for (const std::string& text : {kLimo, kTwoCameras}) {
+    const std::string written = to_yaml(*parse_robot(text, "share"));
+    ASSERT_TRUE(parse_robot(written, "written"));
+    for (const std::string& cut : testing::cuts_at_line_ends(written))
+      EXPECT_FALSE(parse_robot(cut, "written")) << cut;
+  }
 }
 
 TEST(RobotFile, RejectsInvalidCameraNamesAndLists) {

@@ -11,6 +11,7 @@
 
 #include "tests/support/data.hpp"
 #include "tests/support/golden_page.hpp"
+#include "tests/support/line_cuts.hpp"
 #include "waymark/base/random.hpp"
 
 namespace waymark {
@@ -111,6 +112,18 @@ TEST(RouteFile, RejectsGapsAndMissingEnds) {
   EXPECT_NE(end.find("between the last point and the first"), std::string::npos) << end;
   EXPECT_NE(error_of(without_lines(as_before(to_yaml(some_route(false))), 35, 1000)).find("does not fit"),
             std::string::npos);
+}
+
+TEST(RouteFile, RejectsCutsAtLineEnds) {
+  for (const bool closed : {true, false}) {
+    Route route = some_route(closed);
+    route.longest_without_tags_m = 0.5;
+    route.map_tags = {{{FamilyId::Tag36h11, 3}, 1, 2}, {{FamilyId::Tag36h11, 4}, 2, 2}};
+    route.stations = {{.name = "shelf", .arc_length_m = 0.5, .pause_s = 1}};
+    const std::string text = to_yaml(route);
+    ASSERT_EQ(error_of(text), "none");
+    for (const std::string& cut : testing::cuts_at_line_ends(text)) EXPECT_NE(error_of(cut), "none") << cut;
+  }
 }
 
 TEST(RouteFile, RejectsChangedPoints) {

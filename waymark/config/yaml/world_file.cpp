@@ -191,6 +191,9 @@ Status read_scenery(const YamlCursor& root, FamilyId family, double size_m, Worl
 namespace waymark {
 namespace {
 
+/// The path is counted: it is the last list that is written, and tags and boxes are often added by hand.
+constexpr internal::EntryCount kPathPointCount{.key = "path_point_count", .entries = "path points"};
+
 /// Rotation of a tag in its own plane, clockwise as seen by a viewer.
 SE3 tag_turn(double turn_rad) { return {SO3::from_rpy(0, 0, turn_rad), Eigen::Vector3d::Zero()}; }
 
@@ -258,13 +261,17 @@ Result<World> parse_world(std::string_view text, const std::string& source) {
   const Result<YamlNode> tree = parse_yaml(text, source, internal::kWorldLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
-  if (Status status =
-          root.check_keys({"name", "robot", "tag_family", "tag_size_m", "tag_margin_cells",
-                           "two_sided_board_m", "corners_through_paper", "anchor_id", "tags", "panels",
-                           "walls", "occluders", "keep_outs", "floor", "path_closed", "path_m"});
+  if (Status status = root.check_keys({"name", kPathPointCount.key, "robot", "tag_family", "tag_size_m",
+                                       "tag_margin_cells", "two_sided_board_m", "corners_through_paper",
+                                       "anchor_id", "tags", "panels", "walls", "occluders", "keep_outs",
+                                       "floor", "path_closed", "path_m", "end"});
       !status) {
     return tl::unexpected(status.error());
   }
+  const auto points = root.find("path_m");
+  const std::size_t count = points ? points->children().size() : 0;
+  if (Status status = internal::check_end(root, kPathPointCount, count); !status)
+    return tl::unexpected(status.error());
   World world;
   const Result<std::string> name = root.read_at("name", &YamlCursor::text);
   if (!name) return tl::unexpected(name.error());
@@ -283,8 +290,8 @@ std::string to_yaml(const World& world) {
   const MappedTag* anchor = world.tags.find(world.anchor);
   const double size_m = anchor == nullptr ? 0.16 : anchor->size_m;
   std::string text =
-      fmt::format("name: {}\ntag_family: {}\ntag_size_m: {}\n{}{}{}anchor_id: {}\ntags:\n",
-                  yaml_text(world.name), family(world.anchor.family).name, size_m,
+      fmt::format("tag_family: {}\ntag_size_m: {}\n{}{}{}anchor_id: {}\ntags:\n",
+                  family(world.anchor.family).name, size_m,
                   world.tag_margin_cells != World{}.tag_margin_cells
                       ? fmt::format("tag_margin_cells: {}\n", world.tag_margin_cells)
                       : "",
@@ -314,7 +321,8 @@ std::string to_yaml(const World& world) {
   text += fmt::format("path_closed: {}\npath_m:\n", world.path_closed);
   for (const Eigen::Vector2d& point : world.path_m)
     text += fmt::format("  - [{:.4f}, {:.4f}]\n", point.x(), point.y());
-  return text;
+  return internal::yaml_with_end(fmt::format("name: {}\n", yaml_text(world.name)), kPathPointCount,
+                                 world.path_m.size(), text);
 }
 
 Result<World> read_world(const std::filesystem::path& path) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/golden_page.hpp"
+#include "tests/support/line_cuts.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/world/world.hpp"
@@ -128,6 +129,18 @@ TEST(WorldFile, RoundTrips) {
   EXPECT_TRUE(back->corners_through_paper);
   ASSERT_EQ(back->path_m.size(), world->path_m.size());
   EXPECT_LT((back->path_m.back() - world->path_m.back()).norm(), 1e-4);
+}
+
+TEST(WorldFile, RejectsCutsAtLineEnds) {
+  auto world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml");
+  ASSERT_TRUE(world);
+  world->occluders = {{.centre_m = {1, 2, 0.3}, .yaw_rad = 0.5, .size_m = {0.6, 0.4, 0.5}}};
+  const std::string text = to_yaml(*world);
+  for (const std::string& cut : testing::cuts_at_line_ends(text))
+    EXPECT_FALSE(parse_world(cut, "w.yaml")) << cut;
+  const std::string added =
+      replaced(text, "tags:\n", "tags:\n  - {id: 99, x_m: 9, y_m: 9, z_m: 1, facing_deg: 0}\n");
+  EXPECT_TRUE(parse_world(added, "w.yaml")) << "tags may be added by hand";
 }
 
 TEST(Circuit24, HasItsDocumentedProperties) {
