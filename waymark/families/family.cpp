@@ -100,6 +100,15 @@ Result<FamilyId> parse_family(std::string_view text) {
                               : fmt::format("Did you mean '{}'?", nearest));
 }
 
+FamilyId usual_family(int largest_number) {
+  for (const FamilyId id : {FamilyId::Tag36h11, FamilyId::TagStandard41h12}) {
+    if (largest_number < std::ssize(family(id).codes)) return id;
+  }
+  return FamilyId::TagStandard52h13;
+}
+
+bool exists(const TagId& id) { return id.number >= 0 && id.number < std::ssize(family(id.family).codes); }
+
 Result<TagId> parse_tag_id(std::string_view text) {
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos) {

@@ -69,6 +69,12 @@ struct Family {
 [[nodiscard]] Result<FamilyId> parse_family(std::string_view text);
 [[nodiscard]] std::string_view to_string(FamilyId id);
 
+/// The family assumed for tags that are given without one: tag36h11, or tagStandard41h12 or tagStandard52h13
+/// if the largest number does not exist in it.
+[[nodiscard]] FamilyId usual_family(int largest_number);
+
+/// Whether the number exists in the family.
+[[nodiscard]] bool exists(const TagId& id);
 /// Parses ids such as "tag36h11:7"; the number must exist in the family.
 [[nodiscard]] Result<TagId> parse_tag_id(std::string_view text);
 [[nodiscard]] std::string to_string(const TagId& id);

@@ -147,6 +147,17 @@ TEST(ParseTagId, RejectsWhatIsNotATagIdOfTheFamily) {
   testing::expect_on_page("tags", beyond);
 }
 
+TEST(UsualFamily, HasTheLargestNumber) {
+  EXPECT_EQ(usual_family(-1), FamilyId::Tag36h11);
+  EXPECT_EQ(usual_family(586), FamilyId::Tag36h11);
+  EXPECT_EQ(usual_family(587), FamilyId::TagStandard41h12);
+  EXPECT_EQ(usual_family(2114), FamilyId::TagStandard41h12);
+  EXPECT_EQ(usual_family(2115), FamilyId::TagStandard52h13);
+  EXPECT_TRUE(exists({FamilyId::Tag36h11, 586}));
+  EXPECT_FALSE(exists({FamilyId::Tag36h11, 587}));
+  EXPECT_FALSE(exists({FamilyId::Tag36h11, -1}));
+}
+
 TEST(FamilyTable, ThreadsShareOneTable) {
   std::array<const Family*, 8> seen{};
   std::vector<std::thread> threads;

@@ -65,6 +65,28 @@ void order_frames(RecordedLap& lap) {
   put_in_order(lap.tag_poses, lap.notes);
 }
 
+void name_family(RecordedLap& lap) {
+  const auto for_ids = [&](const auto& visit) {
+    for (TagFrame& frame : lap.frames) {
+      for (TagDetection& detection : frame.detections) visit(detection.tag);
+    }
+    for (TagPoseFrame& frame : lap.tag_poses) {
+      for (auto& seen : frame.tags) visit(seen.tag);
+    }
+  };
+  int largest = -1;
+  for_ids([&](const TagId& id) {
+    if (id.family == FamilyId::Tag36h11) largest = std::max(largest, id.number);
+  });
+  const FamilyId family = usual_family(largest);
+  if (family == FamilyId::Tag36h11) return;
+  for_ids([&](TagId& id) {
+    if (id.family == FamilyId::Tag36h11) id.family = family;
+  });
+  lap.notes.push_back(fmt::format("no tag {} in tag36h11; all tags of this family are assumed to be {}",
+                                  largest, to_string(family)));
+}
+
 void rejoin_odometry(RecordedLap& lap) {
   SE2 odom_T_later;  // maps the odometry frame after the last jump into the initial one
   int jumps = 0;
@@ -122,6 +144,7 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource
   if (!status) return tl::unexpected(status.error());
   if (lap.frames.empty() && lap.tag_poses.empty() && find)
     if (const auto depth = only_depth_images(lap.setup.facts)) lap.notes.push_back(to_string(*depth));
+  name_family(lap);
   order_frames(lap);
   rejoin_odometry(lap);
   lap.setup.problems = std::move(damaged);

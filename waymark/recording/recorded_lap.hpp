@@ -29,6 +29,10 @@ struct RecordedLap {
 /// clock, images are not sorted, because those before and after the jump cannot be ordered.
 void order_frames(RecordedLap& lap);
 
+/// Recorded tags without a family were read as tag36h11. If an id does not exist in it, all tags of tag36h11
+/// get the family usual_family() instead, which is noted.
+void name_family(RecordedLap& lap);
+
 /// Removes resets of the odometry (odometry_jumped()): it continues from the pose before the reset, as if the
 /// robot had been stationary in the meantime. Each reset is noted.
 void rejoin_odometry(RecordedLap& lap);

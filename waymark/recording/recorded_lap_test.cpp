@@ -223,6 +223,22 @@ TEST(ReadLap, AnEmptyRecordingGivesAnEmptyLap) {
   EXPECT_FALSE(lap->setup.camera);
 }
 
+TEST(RecordedLap, IdsBeyondTag36h11ChangeTheFamily) {
+  RecordedLap lap;
+  lap.frames.push_back({.detections = {{.tag = {FamilyId::Tag36h11, 5}}, {.tag = {FamilyId::Tag25h9, 5}}}});
+  const RecordedLap before = lap;
+  name_family(lap);
+  EXPECT_EQ(lap.frames[0].detections[0].tag, before.frames[0].detections[0].tag);
+  EXPECT_TRUE(lap.notes.empty());
+  lap.frames.push_back({.detections = {{.tag = {FamilyId::Tag36h11, 587}}}});
+  name_family(lap);
+  EXPECT_EQ(lap.frames[0].detections[0].tag, (TagId{FamilyId::TagStandard41h12, 5}));
+  EXPECT_EQ(lap.frames[0].detections[1].tag, (TagId{FamilyId::Tag25h9, 5}));
+  EXPECT_EQ(lap.frames[1].detections[0].tag, (TagId{FamilyId::TagStandard41h12, 587}));
+  ASSERT_EQ(lap.notes.size(), 1U);
+  EXPECT_NE(lap.notes[0].find("587"), std::string::npos);
+}
+
 TEST(RecordedLap, RejoinsOdometryAfterAReset) {
   RecordedLap lap;
   const auto drive = [&lap](const SE2& begin, int from) {

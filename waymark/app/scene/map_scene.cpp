@@ -233,6 +233,7 @@ Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobCont
   MapSceneReport report;
   Result<SceneRecording> recording = read_scene_recording(job.recording, *scene, control, report.warnings);
   if (!recording) return tl::unexpected(recording.error());
+  unify_family(*scene, *recording);
   recording->nearest_odometry = job.options.model == SceneModel::Tagslam;
   std::optional<SceneValues> values;
   if (!job.against.empty()) {

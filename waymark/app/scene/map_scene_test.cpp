@@ -8,6 +8,7 @@
 #include "tests/support/data.hpp"
 #include "waymark/app/scene/scene_recording.hpp"
 #include "waymark/base/random.hpp"
+#include "waymark/config/exchange/map_exchange.hpp"
 #include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/map_file.hpp"
@@ -71,7 +72,8 @@ struct TagslamScene {
     EXPECT_TRUE(write_text_file(folder / "camera_poses.yaml", kRigPose));
     record(recording, 0.1);
   }
-  static void record(const fs::path& file, double sigma_px) {
+  /// `offset` is added to the ids that the files do not list.
+  static void record(const fs::path& file, double sigma_px, int offset = 0) {
     auto recorder = SampleRecorder::open(std::move(*create_file(file)));
     EXPECT_TRUE(recorder);
     Random random(17);
@@ -83,7 +85,8 @@ struct TagslamScene {
         if (!corners) continue;
         for (auto& corner : *corners)
           corner += Eigen::Vector2d(random.normal(0, sigma_px), random.normal(0, sigma_px));
-        frame.detections.push_back({.tag = {FamilyId::Tag36h11, number}, .corners_px = *corners});
+        const TagId id{FamilyId::Tag36h11, number == 0 ? 0 : number + offset};
+        frame.detections.push_back({.tag = id, .corners_px = *corners});
       }
       EXPECT_TRUE(recorder->add(frame));
     }
@@ -181,6 +184,24 @@ TEST_F(MapScene, CovariancesOfUndeterminedPosesAreReadBack) {
   const auto map = read_map(out_ / "map.yaml");
   ASSERT_TRUE(map) << to_string(map.error());
   EXPECT_EQ(map->tags.tags.size(), 5U);
+}
+
+TEST_F(MapScene, UnlistedIdsBeyondTag36h11AreReadBack) {
+  constexpr int kOffset = 586;
+  MapSceneJob job = wall_scene().job(out_);
+  job.recording = (testing::fresh_folder("jobs_scene_family") / "tags.mcap").string();
+  TagslamScene::record(job.recording, 0.1, kOffset);
+  const auto report = map_scene_recording(job, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  const auto map = read_map(out_ / "map.yaml");
+  ASSERT_TRUE(map) << to_string(map.error());
+  const auto poses = read_any_map(out_ / "poses.yaml");
+  ASSERT_TRUE(poses) << to_string(poses.error());
+  for (const TagMap* tags : {&map->tags, &poses->map.tags}) {
+    EXPECT_EQ(tags->tags.size(), 5U);
+    for (const int number : {0, 1 + kOffset, 4 + kOffset})
+      EXPECT_NE(tags->find({FamilyId::TagStandard41h12, number}), nullptr) << number;
+  }
 }
 
 TEST_F(MapScene, BacksUpAnOlderMap) {

@@ -22,7 +22,6 @@ namespace waymark {
 namespace {
 
 constexpr YamlLimits kExchangeLimits{.bytes = std::size_t{1} << 26U, .nodes = 2'000'000, .depth = 16};
-constexpr int kTag36h11Codes = 587;
 
 /// A pose from position and rotation vector, with standard deviations along its own axes if they are given.
 Result<Uncertain<SE3>> tagslam_pose(const YamlCursor& at) {
@@ -92,11 +91,18 @@ Status read_body(const YamlCursor& body, std::optional<double> tag_size_m, ReadM
     MappedTag tag{.map_T_tag = placed.mean * half_turn, .size_m = *size};
     constexpr double kExact = 1e-10;
     if (placed.covariance.diagonal().maxCoeff() > kExact) tag.covariance = placed.covariance;
-    const TagId name{*id < kTag36h11Codes ? FamilyId::Tag36h11 : FamilyId::TagStandard41h12,
-                     static_cast<int>(*id)};
+    const TagId name{FamilyId::Tag36h11, static_cast<int>(*id)};
     if (Status status = add_tag(entry, name, tag, map); !status) return status;
   }
   return {};
+}
+
+/// Names the family of tags that were read without one.
+void name_tagslam_family(TagMap& map) {
+  const FamilyId family = usual_family(map.tags.empty() ? -1 : map.tags.rbegin()->first.number);
+  std::map<TagId, MappedTag> named;
+  for (const auto& [id, tag] : map.tags) named.emplace(TagId{family, id.number}, tag);
+  map.tags = std::move(named);
 }
 
 /// Reads the tags on static bodies with known poses.
@@ -118,6 +124,7 @@ Result<ReadMap> read_tagslam_map(const YamlCursor& root, std::optional<double> t
     }
     if (Status status = read_body(body, tag_size_m, map); !status) return tl::unexpected(status.error());
   }
+  name_tagslam_family(map.map.tags);
   return map;
 }
 

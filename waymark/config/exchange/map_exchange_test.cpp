@@ -45,6 +45,18 @@ TEST(MapExchange, EveryFormRoundTripsPositions) {
   }
 }
 
+TEST(MapExchange, TagslamTagsHaveOneFamily) {
+  MapFile map = some_map();
+  const MappedTag tag = map.tags.tags.begin()->second;
+  map.tags.tags = {{{FamilyId::TagStandard41h12, 5}, tag}, {{FamilyId::TagStandard41h12, 600}, tag}};
+  std::vector<std::string> warnings;
+  const auto read = parse_any_map(*to_text(map, MapForm::Tagslam, warnings), "poses.yaml");
+  ASSERT_TRUE(read) << to_string(read.error());
+  EXPECT_EQ(read->map.tags.tags.size(), 2U);
+  EXPECT_NE(read->map.tags.find({FamilyId::TagStandard41h12, 5}), nullptr);
+  EXPECT_NE(read->map.tags.find({FamilyId::TagStandard41h12, 600}), nullptr);
+}
+
 TEST(MapExchange, TagslamKeepsStandardDeviations) {
   std::vector<std::string> warnings;
   const auto read = parse_any_map(*to_text(some_map(), MapForm::Tagslam, warnings), "poses.yaml");

@@ -484,7 +484,6 @@ Result<TagScene> read_tagslam_json(const YamlCursor& config) {
 }
 
 constexpr std::size_t kMaxTagslamBytes = std::size_t{1} << 22U;
-constexpr int kCodesOf36h11 = 587;
 
 Result<YamlNode> parse_tagslam_file(const std::filesystem::path& path) {
   const Result<std::string> text = read_text_file(path, kMaxTagslamBytes);
@@ -494,13 +493,13 @@ Result<YamlNode> parse_tagslam_file(const std::filesystem::path& path) {
 
 /// TagSLAM's files do not contain the family; ids that are too large rule out tag36h11.
 void name_family(TagScene& scene) {
-  bool larger = false;
+  int largest = -1;
   for (const SceneBody& body : scene.bodies) {
-    for (const SceneTag& tag : body.tags) larger = larger || tag.id.number >= kCodesOf36h11;
+    for (const SceneTag& tag : body.tags) largest = std::max(largest, tag.id.number);
   }
-  if (!larger) return;
+  const FamilyId family = usual_family(largest);
   for (SceneBody& body : scene.bodies) {
-    for (SceneTag& tag : body.tags) tag.id.family = FamilyId::TagStandard41h12;
+    for (SceneTag& tag : body.tags) tag.id.family = family;
   }
 }
 

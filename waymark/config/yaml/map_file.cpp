@@ -306,6 +306,10 @@ Status write_map(const std::filesystem::path& path, const MapFile& map) {
     return fail(ErrorCode::InvalidArgument, "non-finite number in the floor; not written",
                 {.source = path.string()});
   for (const auto& [tag, mapped] : map.tags.tags) {
+    if (!exists(tag))
+      return fail(ErrorCode::InvalidArgument,
+                  fmt::format("no tag {} in {}; not written", tag.number, to_string(tag.family)),
+                  {.source = path.string()}, "Are the tags of another family?");
     const bool finite = mapped.map_T_tag.matrix().allFinite() && is_tag_size(mapped.size_m) &&
                         (!mapped.covariance || mapped.covariance->allFinite()) &&
                         (!mapped.tie || mapped.tie->covariance.allFinite());

@@ -33,7 +33,7 @@ struct MapFile {
 /// The text reads back as exactly the same map, except for the norms of the quaternions. Every number must be
 /// finite.
 [[nodiscard]] std::string to_yaml(const MapFile& map);
-/// Fails (InvalidArgument) without writing if a number is not finite.
+/// Fails (InvalidArgument) without writing if a number is not finite or a tag does not exist in its family.
 [[nodiscard]] Status write_map(const std::filesystem::path& path, const MapFile& map);
 
 }  // namespace waymark

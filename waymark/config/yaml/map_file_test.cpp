@@ -158,6 +158,14 @@ TEST(MapFile, EditedMapsWithoutACountAreRead) {
   EXPECT_EQ(error_of(replaced(fewer, "tag_count: 3\n", "")), "none");
 }
 
+TEST(MapFile, DoesNotWriteATagThatCannotBeRead) {
+  MapFile map = some_map();
+  map.tags.tags[{FamilyId::Tag36h11, 587}] = map.tags.tags.begin()->second;
+  const auto status = write_map(testing::fresh_folder("map") / "map.yaml", map);
+  ASSERT_FALSE(status);
+  EXPECT_THAT(status.error().message, ::testing::HasSubstr("587"));
+}
+
 TEST(MapFile, DoesNotWriteNan) {
   MapFile map = some_map();
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <set>
 
 #include <Eigen/Cholesky>
 
@@ -80,6 +81,38 @@ std::optional<std::size_t> TagScene::body_named(const std::string& name) const {
     if (bodies[i].name == name) return i;
   }
   return std::nullopt;
+}
+
+namespace {
+
+/// Calls visit() with the id of each listed tag and each detection.
+template <class Visit>
+void for_ids(TagScene& scene, SceneRecording& recording, Visit&& visit) {
+  for (SceneBody& body : scene.bodies) {
+    for (SceneTag& tag : body.tags) visit(tag.id, false);
+  }
+  for (SceneFrame& frame : recording.frames) {
+    for (SceneView& view : frame.views) {
+      for (TagDetection& detection : view.detections) visit(detection.tag, true);
+    }
+  }
+}
+
+}  // namespace
+
+void unify_family(TagScene& scene, SceneRecording& recording) {
+  std::set<FamilyId> families;
+  int largest = -1;
+  for_ids(scene, recording, [&](const TagId& id, bool detected) {
+    if (detected) families.insert(id.family);
+    largest = std::max(largest, id.number);
+  });
+  if (families.size() > 1) return;
+  const bool named = !families.empty() && *families.begin() != FamilyId::Tag36h11;
+  const FamilyId family = named ? *families.begin() : usual_family(largest);
+  for_ids(scene, recording, [&](TagId& id, bool) {
+    if (exists({family, id.number})) id.family = family;
+  });
 }
 
 std::vector<SceneFrame> group_views(std::vector<std::pair<SensorTime, SceneView>> views, bool approximate) {

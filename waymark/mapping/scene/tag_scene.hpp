@@ -162,6 +162,11 @@ struct SceneRecording {
   bool nearest_odometry = false;
 };
 
+/// Gives all tags one family, for scenes and recordings whose files may not contain it and were read as
+/// tag36h11: the recording's own family, if that is another one, else usual_family() of the largest id.
+/// Changes nothing if the recording has several families.
+void unify_family(TagScene& scene, SceneRecording& recording);
+
 /// Groups views into frames; the views can be in any order of cameras. Views with equal stamps form a frame.
 /// With `approximate`, a view of the first camera and the nearest view of each other camera, at most half a
 /// period away, form a frame. The remaining views are dropped.
