@@ -14,6 +14,7 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/mapping/scene/pixel_shift.hpp"
 #include "waymark/mapping/scene/scene_calibration.hpp"
 
 namespace waymark {
@@ -237,6 +238,9 @@ void warn_of_priors(const SceneMap& map, std::vector<std::string>& warnings) {
     const SE3& now = map.problem.bundle.poses[pose].value;
     const Vector6 r = pose_prior_residual(prior->factor(), now);
     if (!(r.squaredNorm() > kGate)) return;
+    constexpr double kResolved_px = 0.1;  // smaller differences from a given pose are not visible in images
+    const std::optional<double> shift_px = largest_shift_px(map.problem.bundle, pose, prior->mean);
+    if (shift_px && *shift_px < kResolved_px) return;
     const SE3 off = prior->mean.inverse() * now;
     warnings.push_back(
         fmt::format("{} is {:.4f} m and {:.2f} deg from its given pose ({:.1f} sigma); the observations are "

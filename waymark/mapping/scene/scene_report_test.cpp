@@ -58,6 +58,19 @@ TEST(SceneWarnings, ReportAnInconsistentGivenPoseWithItsResidual) {
   EXPECT_THAT(scene_warnings(map), IsEmpty()) << "the camera is not placed";
 }
 
+TEST(SceneWarnings, OmitDifferencesFromGivenPosesThatNoPixelResolves) {
+  RigScene made = rig_scene();
+  made.scene.cameras[0].body_T_cam =
+      ScenePrior::of(made.cameras[0], Eigen::Vector3d::Constant(1e-6), Eigen::Vector3d::Constant(1e-6));
+  SceneMap map = true_scene_map(made);
+  SE3& cam = map.problem.bundle.poses[map.problem.cameras[0]].value;
+  const SE3 given = cam;
+  cam = given * at(1e-5, 0, 0, 0, 1e-5);
+  EXPECT_THAT(scene_warnings(map), IsEmpty()) << "14 sigma, but less than 0.01 px";
+  cam = given * at(0.001, 0, 0);
+  EXPECT_THAT(scene_warnings(map), ElementsAre(AllOf(HasSubstr("cam0 "), HasSubstr("1000.0 sigma"))));
+}
+
 TEST(SceneWarnings, ReportInconsistentDistancesAndCoordinates) {
   RigScene made = rig_scene();
   const double true_m = (made.tags[2].translation() - made.tags[5].translation()).norm();
