@@ -1,6 +1,7 @@
 #include "waymark/app/scene/map_scene.hpp"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -134,13 +135,15 @@ Status write_scene_folder(const MapSceneJob& job, const SceneRecording& recordin
   return backups ? Status() : tl::unexpected(backups.error());
 }
 
-/// Observed tags that belong to no body.
-std::vector<TagId> foreign_tags(const SceneMap& map) {
-  std::vector<TagId> foreign;
-  foreign.reserve(map.observations.foreign.size());
-  for (const auto& [id, count] : map.observations.foreign) foreign.push_back(id);
-  return foreign;
+std::vector<TagId> keys_of(const std::map<TagId, int>& counts) {
+  std::vector<TagId> tags;
+  tags.reserve(counts.size());
+  for (const auto& [tag, count] : counts) tags.push_back(tag);
+  return tags;
 }
+
+/// Observed tags that belong to no body.
+std::vector<TagId> foreign_tags(const SceneMap& map) { return keys_of(map.observations.foreign); }
 
 void warn(MapSceneReport& report) {
   const SceneMap& map = report.map;
@@ -299,6 +302,8 @@ ReportFields fields(const MapSceneReport& report) {
       {"unconnected_ids", "Groups of ids without a connection to the map", unconnected},
       {"undetermined_ids", "Ids whose pose is not determined; their covariance is that of an unknown pose",
        numbers_of(map.undetermined)},
+      {"prior_only_ids", "Ids that only their given pose places; no observation connects them to other tags",
+       numbers_of(keys_of(map.prior_only))},
       {"thin_cuts", "Parts of the map that depend on few observations, largest first", map.thin_cuts},
       {"left_out_cuts",
        "Parts that are not connected, because the observations that would connect them are unconfirmed",

@@ -418,6 +418,17 @@ ReportFields fields(const MeasuredResidual& distance) {
            (distance.found_m - given.measured_m) / given.sigma_m}};
 }
 
+namespace {
+
+std::vector<std::string> prior_only_tags(const SceneMap& map) {
+  std::vector<std::string> tags;
+  tags.reserve(map.prior_only.size());
+  for (const auto& [tag, count] : map.prior_only) tags.push_back(to_string(tag));
+  return tags;
+}
+
+}  // namespace
+
 ReportFields fields(const MapVideoReport& report) {
   return {
       {"images", "Number of images in the videos", report.images},
@@ -430,6 +441,9 @@ ReportFields fields(const MapVideoReport& report) {
       {"rejected_observations", "Number of observations rejected as outliers", report.map.rejected.size()},
       {"unreliable_observations", "Further observations, with unreliable corners",
        report.map.observations.unreliable},
+      {"prior_only_tags",
+       "Tags that only their given pose places; no observation connects them to other tags",
+       prior_only_tags(report.map)},
       {"noise_px", "Standard deviation of a corner coordinate", report.map.noise_px},
       {"reprojection_mean_px", "Mean reprojection error of the corners in use",
        report.map.reprojection_mean_px},

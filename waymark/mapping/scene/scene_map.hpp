@@ -77,6 +77,7 @@ struct SceneMap {
   std::vector<SceneCut> left_out_cuts{};  ///< unconnected groups that have only unconfirmed connections
   std::vector<SceneCut> thin_cuts{};      ///< weakly connected parts of the map, with the largest first
   std::vector<TagId> undetermined{};      ///< tags that are in the map but have no determined pose
+  std::map<TagId, int> prior_only{};      ///< see tags_on_prior_alone()
   /// Parameters of estimated cameras; `scene` contains the estimates.
   std::vector<FoundIntrinsics> intrinsics{};
   double size_scale = 1;               ///< common factor for all tag sizes, estimated if distances are given

@@ -15,6 +15,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/scene/pixel_shift.hpp"
+#include "waymark/mapping/scene/prior_checks.hpp"
 #include "waymark/mapping/scene/scene_calibration.hpp"
 
 namespace waymark {
@@ -182,6 +183,7 @@ void report_scene(const SceneRecording& recording, SceneMap& map) {
   remove_contradicted_tags(map);
   list_unconnected(map);
   list_thin_cuts(map);
+  map.prior_only = tags_on_prior_alone(map);
 }
 
 namespace {
@@ -336,6 +338,20 @@ std::string observations(int count) {
   return count == 1 ? "one observation" : fmt::format("{} observations", count);
 }
 
+void warn_of_prior_only(const SceneMap& map, std::vector<std::string>& warnings) {
+  if (map.prior_only.empty()) return;
+  std::vector<TagId> tags;
+  int count = 0;
+  for (const auto& [tag, used] : map.prior_only) {
+    tags.push_back(tag);
+    count += used;
+  }
+  warnings.push_back(fmt::format(
+      "{}: placed by the given pose alone; {} connect{} to no other tag. Film {} in one image with "
+      "other tags, or check the given pose",
+      names_of(tags), observations(count), count == 1 ? "s" : "", tags.size() == 1 ? "it" : "each"));
+}
+
 void warn_of_thin_cuts(const SceneMap& map, std::vector<std::string>& warnings) {
   for (const SceneCut& cut : map.left_out_cuts) {
     warnings.push_back(fmt::format("{}: excluded; connected only by {} of {}, without confirmation by others",
@@ -371,6 +387,7 @@ std::vector<std::string> scene_warnings(const SceneMap& map) {
   warn_of_measurements(map, warnings);
   warn_of_cameras(map, warnings);
   warn_of_tags(map, warnings);
+  warn_of_prior_only(map, warnings);
   warn_of_thin_cuts(map, warnings);
   warn_of_misread_ids(map, warnings);
   return warnings;

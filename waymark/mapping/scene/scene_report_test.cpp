@@ -151,6 +151,15 @@ TEST(SceneWarnings, ListWeaklyConnectedTagsAsRanges) {
               Contains(StartsWith("tags 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, ...")));
 }
 
+TEST(SceneWarnings, NameTagsThatOnlyTheirPriorPlaces) {
+  SceneMap map = good_map();
+  map.prior_only = {{rig_tag(7), 3}};
+  EXPECT_THAT(scene_warnings(map), ElementsAre(AllOf(StartsWith("tag 7:"), HasSubstr("3 observations"))));
+  expect_on_scene_page(map);
+  map.prior_only = {{rig_tag(3), 1}, {rig_tag(7), 3}};
+  EXPECT_THAT(scene_warnings(map), ElementsAre(AllOf(StartsWith("tags 3, 7:"), HasSubstr("4 observations"))));
+}
+
 TEST(SceneWarnings, CountMisreadIdsAndListSome) {
   SceneMap map = good_map();
   map.corrected_ids = {{3, rig_tag(7), rig_tag(2)}};
