@@ -395,7 +395,10 @@ plot::PageSection map_section(const MapRun& run, const DriveRun* drive, const Jo
   plot::PageSection section{.title = (run.folder / "map.yaml").string()};
   plot::PageTable facts{
       .rows = {{"tags", std::to_string(run.map.tags.tags.size())}, {"anchor", to_string(run.map.anchor)}}};
-  for (const auto& [key, value] : run.map.provenance) facts.rows.push_back({key, value});
+  for (const auto& [key, value] : run.map.provenance) {
+    if (!key.starts_with("content"))
+      facts.rows.push_back({key, value});  // hashes, by which a lap is recognised
+  }
   if (run.route)
     facts.rows.push_back(
         {"route", fmt::format("{:.2f} m, {}", run.route->length_m, run.route->closed ? "closed" : "open")});

@@ -161,6 +161,28 @@ TEST_F(MapExtension, WarnsAboutARepeatedRecordingAndAnotherTagSize) {
   EXPECT_THAT(report->warnings, Contains(HasSubstr("`tag_size_m=0.3`")));
 }
 
+TEST_F(MapExtension, RecognisesARecordingByItsContent) {
+  ASSERT_TRUE(map_recording({.lap = lap(), .folder = old_}, {}));
+  const fs::path renamed = job_.folder.parent_path() / "renamed.mcap";
+  fs::copy_file(lap(), renamed);
+  ASSERT_TRUE(extend({}, {}));
+  job_.lap = renamed.string();
+  const auto repeated = map_recording(job_, {});
+  ASSERT_TRUE(repeated) << to_string(repeated.error());
+  EXPECT_THAT(repeated->warnings, Contains(HasSubstr("this recording, under the name lap.mcap")));
+  const fs::path same_name = testing::fresh_folder("jobs_extension_other") / "lap.mcap";
+  job_.lap = test::record_lap(same_name, 10, {.for_s = 12});
+  const auto another = map_recording(job_, {});
+  ASSERT_TRUE(another) << to_string(another.error());
+  EXPECT_THAT(another->warnings, ::testing::Not(Contains(HasSubstr("already contains"))));
+  const MapFile map = read_map(job_.folder / "map.yaml").value();
+  const auto has = [&](const char* key) {
+    return std::ranges::count(map.provenance, key, &std::pair<std::string, std::string>::first);
+  };
+  EXPECT_EQ(has("content"), 1);
+  EXPECT_EQ(has("content_2"), 1);
+}
+
 TEST_F(MapExtension, ReportsChangesSinceAnOlderMap) {
   MapFile moved = true_map();
   const auto seen = map_recording({.lap = lap(), .folder = job_.folder}, {})->lap.map;

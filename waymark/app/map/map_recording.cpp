@@ -13,6 +13,7 @@
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/app/map/map_extension.hpp"
+#include "waymark/app/map/recording_sketch.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/exchange/trajectory_file.hpp"
@@ -417,21 +418,16 @@ Result<MapFile> map_corners_or_poses(RecordedLap& recorded, const MapJob& job, c
   return map_corners(recorded, job, overrides, options, progress, report);
 }
 
-/// Warns if the lap may already have been used for the extended map, which stores only the names of its
-/// recordings.
-void warn_of_repeated_recording(const MapJob& job, MapReport& report) {
-  if (!job.extend) return;
-  const std::string name = std::filesystem::path(job.lap).filename().string();
-  for (const auto& [key, value] : job.extend->provenance) {
-    if ((key != "recording" && key != "extends") ||
-        (", " + value + ",").find(", " + name + ",") == std::string::npos)
-      continue;
-    report.warnings.push_back(
-        fmt::format("the extended map already contains a recording named {}: if it is the same recording, "
-                    "its observations are counted twice, and the map covariance is too small",
-                    name));
-    return;
+/// Warns if the lap was already used for the extended map, and stores its content in the new map.
+void note_content(const MapJob& job, const RecordingSketch& recording, MapFile& map, MapReport& report) {
+  std::vector<RecordingSketch> sketches = {recording};
+  if (job.extend) {
+    const std::vector<RecordingSketch> older = sketches_of(job.extend->provenance);
+    sketches.insert(sketches.end(), older.begin(), older.end());
+    std::string repeated = repeated_recording(job.extend->provenance, recording);
+    if (!repeated.empty()) report.warnings.push_back(std::move(repeated));
   }
+  add_sketches(sketches, map.provenance);
 }
 
 /// Warns if the given tag size differs from sizes in the extended map, because those are not changed.
@@ -486,7 +482,8 @@ Result<MapReport> map_recording(const MapJob& job, const JobControl& control) {
   if (!recorded) return in_recording(recorded.error());
   MapReport report{.extends = job.extend.has_value()};
   if (Status status = use_robot(job, *recorded, report); !status) return in_recording(status.error());
-  const Result<MapFile> map = map_corners_or_poses(*recorded, job, progress, report);
+  const RecordingSketch content = sketch_of(fs::path(job.lap).filename().string(), recorded->frames);
+  Result<MapFile> map = map_corners_or_poses(*recorded, job, progress, report);
   if (control.cancelled())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
@@ -495,7 +492,7 @@ Result<MapReport> map_recording(const MapJob& job, const JobControl& control) {
   for (const Error& problem : recorded->setup.problems) warnings.push_back(to_string(problem));
   warnings.insert(warnings.end(), report.lap.warnings.begin(), report.lap.warnings.end());
   report.warnings.insert(report.warnings.begin(), warnings.begin(), warnings.end());
-  warn_of_repeated_recording(job, report);
+  note_content(job, content, *map, report);
   warn_of_size(job, report);
   compare_with_prior(job, report);
   if (Status status = write_map_folder(*recorded, job, *map, watch, report); !status)
