@@ -10,6 +10,7 @@
 #include "tests/support/camera_texts.hpp"
 #include "tests/support/data.hpp"
 #include "tests/support/golden_page.hpp"
+#include "tests/support/line_cuts.hpp"
 #include "tests/support/random_camera.hpp"
 #include "waymark/config/text_file.hpp"
 
@@ -55,6 +56,19 @@ TEST(CameraInfo, SubtractsHalfAPixelOnWriting) {
       "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]\n"
       "projection_matrix:\n  rows: 3\n  cols: 4\n"
       "  data: [500.0, 0.0, 319.5, 0.0, 0.0, 501.25, 239.6, 0.0, 0.0, 0.0, 1.0, 0.0]\n");
+}
+
+TEST(CameraFile, CutsAtLineEndsAreRejectedOrLoseNothing) {
+  const NamedCamera named = *parse_camera(kCameraInfo, "c.yaml");
+  for (const std::string& text :
+       {to_camera_info_yaml(named), to_camchain_yaml({named}).value(), to_opencv_yaml(named)}) {
+    const auto whole = parse_camera(text, "c.yaml");
+    ASSERT_TRUE(whole) << to_string(whole.error());
+    for (const std::string& cut : testing::cuts_at_line_ends(text)) {
+      const auto read = parse_camera(cut, "c.yaml");
+      EXPECT_TRUE(!read || read->camera == whole->camera) << cut;
+    }
+  }
 }
 
 TEST(CameraInfo, ReadsEveryModel) {
