@@ -206,7 +206,7 @@ FILES_TABLE = """
 1 | empty_folder | calibrate camera empty_folder --cols 6 --rows 6 --tag-size-m 0.1 -o out.yaml
 1 | text.mp4 | calibrate camera text.mp4 --cols 6 --rows 6 --tag-size-m 0.1 -o out.yaml
 1 | world.yaml | calibrate camera photos --cols 6 --rows 6 --tag-size-m 0.1 -o world.yaml
-1 | map_key.yaml:13 | calibrate camera photos --map map_key.yaml -o out.yaml
+1 | map_key.yaml:15 | calibrate camera photos --map map_key.yaml -o out.yaml
 1 | empty_folder/map.yaml | calibrate camera photos --map empty_folder -o out.yaml
 1 | photograph.png | calibrate robot photograph.png -o out.yaml
 1 | no_tags.mcap | calibrate robot no_tags.mcap -o out.yaml

@@ -330,9 +330,12 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
     control.progress({fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost)});
     return !control.cancelled();
   };
-  Result<SceneMap> map = map_scene(
-      *scene, recording,
-      {.search = job.search, .correlated_noise = true, .size_sigma = relative_size_sigma(job)}, progress);
+  Result<SceneMap> map = map_scene(*scene, recording,
+                                   {.search = job.search,
+                                    .correlated_noise = true,
+                                    .tag_size_sigma_percent = job.tag_size_sigma_percent,
+                                    .size_sigma = relative_size_sigma(job)},
+                                   progress);
   if (control.cancelled())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
@@ -452,6 +455,10 @@ ReportFields fields(const MapVideoReport& report) {
       {"corner_chi2_per_dof",
        "Chi-square of corners per degree of freedom; 1 if the detector's covariances are consistent",
        report.corner_chi2_per_dof},
+      {"wrong_sizes", "Tags whose given size contradicts the observations; the map has the size found",
+       report.map.wrong_sizes},
+      {"size_spread_percent", "Standard deviation of the other printed sizes, in percent of the given sizes",
+       100 * report.map.size_spread},
       {"size_scale", "Factor from the given size to the estimated size of all tags; 1 without distances",
        report.map.size_scale},
       {"size_scale_sigma", "Standard deviation of this scale; 0 if it is not estimated",

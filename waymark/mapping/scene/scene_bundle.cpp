@@ -166,7 +166,12 @@ void add_poses(const TagScene& scene, std::size_t frames, SceneBundle& problem) 
     problem.tags.emplace_back();
     for (std::size_t i = 0; i < (body.is_static ? 1 : frames); ++i)
       problem.bodies.back().push_back(add(body.is_static ? body.map_T_body : std::nullopt, !body.is_static));
-    for (const SceneTag& tag : body.tags) problem.tags.back().push_back(add(tag.body_T_tag, false));
+    problem.sizes.emplace_back();
+    for (const SceneTag& tag : body.tags) {
+      problem.tags.back().push_back(add(tag.body_T_tag, false));
+      problem.sizes.back().push_back(bundle.sizes.size());
+      bundle.sizes.emplace_back();
+    }
   }
 }
 
@@ -348,6 +353,7 @@ Result<SceneBundle> scene_bundle(const TagScene& scene, const SceneRecording& re
     problem.bundle.corners.push_back({problem.body_at(scene.cameras[seen.camera].body, seen.frame),
                                       problem.cameras[seen.camera], problem.body_at(seen.body, seen.frame),
                                       problem.tags[seen.body][seen.tag], seen.camera, seen.factor});
+    problem.bundle.corners.back().size = problem.sizes[seen.body][seen.tag];
   }
   add_motion(scene, recording, problem);
   add_measurements(scene, problem);

@@ -39,8 +39,9 @@ struct SceneBundle {
   std::vector<PoseIndex> cameras{};  ///< body_T_cam
   std::vector<std::vector<PoseIndex>>
       bodies{};  ///< map_T_body: one pose for a static body, otherwise one for each frame
-  std::vector<std::vector<PoseIndex>> tags{};  ///< body_T_tag for each body and tag
-  std::vector<char> moves{};                   ///< for each pose, whether it belongs to a single frame
+  std::vector<std::vector<PoseIndex>> tags{};     ///< body_T_tag for each body and tag
+  std::vector<std::vector<std::size_t>> sizes{};  ///< index into Bundle::sizes for each body and tag
+  std::vector<char> moves{};                      ///< for each pose, whether it belongs to a single frame
 
   [[nodiscard]] PoseIndex body_at(std::size_t body, std::size_t frame) const {
     return bodies[body].size() == 1 ? bodies[body].front() : bodies[body][frame];

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
@@ -29,6 +31,7 @@ using test::RigScene;
 using test::WideScene;
 using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -245,6 +248,52 @@ TEST(GivenFacts, AWrongDistanceAmongManyIsReported) {
   EXPECT_THAT(scene_warnings(map), Contains(AllOf(HasSubstr("tags 9 and 15"), HasSubstr("sigma"))));
 }
 
+/// The largest distance between a tag in the map and its true pose, in standard deviations of the position.
+double worst_sigmas(const WideScene& wide, const SceneMap& map) {
+  double worst = 0;
+  for (std::size_t t = 1; t < map.scene.bodies[0].tags.size(); ++t) {
+    const auto map_T_tag = map.map_T_tag(0, t);
+    if (!map_T_tag) continue;
+    const Eigen::Vector3d p = map_T_tag->translation();
+    Eigen::Matrix<double, 3, 6> J;
+    J << Eigen::Matrix3d::Identity(), -SO3::hat(p);
+    const Eigen::Matrix3d P = J * map.covariance.poses[map.problem.tags[0][t]] * J.transpose();
+    const Eigen::Vector3d off = wide.truth.at(map.scene.bodies[0].tags[t].id.number).translation() - p;
+    worst = std::max(worst, std::sqrt(off.dot(P.llt().solve(off))));
+  }
+  return worst;
+}
+
+/// The normalised squared error of the positions of all tags together, divided by their number.
+double joint_nees(const WideScene& wide, const SceneMap& map) {
+  std::vector<std::size_t> tags;
+  for (std::size_t t = 1; t < map.scene.bodies[0].tags.size(); ++t) {
+    if (map.map_T_tag(0, t)) tags.push_back(t);
+  }
+  std::vector<std::pair<PoseIndex, PoseIndex>> pairs;
+  for (const std::size_t a : tags) {
+    for (const std::size_t b : tags) pairs.emplace_back(map.problem.tags[0][a], map.problem.tags[0][b]);
+  }
+  const BundleCovariance covariances = covariance(map.problem.bundle, pairs);
+  const auto by_pose = [&](std::size_t t) {
+    Eigen::Matrix<double, 3, 6> J;
+    J << Eigen::Matrix3d::Identity(), -SO3::hat(map.map_T_tag(0, t)->translation());
+    return J;
+  };
+  const auto n = static_cast<Eigen::Index>(tags.size());
+  Eigen::MatrixXd P(3 * n, 3 * n);
+  Eigen::VectorXd error(3 * n);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    const std::size_t tag = tags[static_cast<std::size_t>(a)];
+    error.segment<3>(3 * a) = wide.truth.at(map.scene.bodies[0].tags[tag].id.number).translation() -
+                              map.map_T_tag(0, tag)->translation();
+    for (Eigen::Index b = 0; b < n; ++b)
+      P.block<3, 3>(3 * a, 3 * b) = by_pose(tag) * covariances.pairs[static_cast<std::size_t>(a * n + b)] *
+                                    by_pose(tags[static_cast<std::size_t>(b)]).transpose();
+  }
+  return error.dot(P.llt().solve(error)) / (3.0 * static_cast<double>(n));
+}
+
 TEST(GivenFacts, APriorWithAnUncertainRotationIsSufficient) {
   WideScene wide = test::aisles(24, 6);
   wide.scene.bodies[0].tags[0].body_T_tag =
@@ -271,12 +320,55 @@ TEST(GivenFacts, AKnownTagWithAWrongPoseIsReported) {
   EXPECT_THAT(scene_warnings(map), Contains(HasSubstr("tag 12 ")));
 }
 
-TEST(GivenFacts, TheOnlyKnownTagWithAWrongSizeIsReported) {
-  WideScene wide = test::aisles(24, 8);
-  wide.scene.bodies[0].tags[0].size_m *= 1.4;
-  SceneMap map;
-  mapped(wide, &map);
-  EXPECT_THAT(scene_warnings(map), Contains(AllOf(HasSubstr("of tag 0"), HasSubstr("rejected"))));
+TEST(GivenFacts, AWrongSizeIsEstimatedAndReported) {
+  for (const int number : {0, 9}) {  // the only known tag; another one
+    for (const double factor : {0.8, 0.98, 1.02, 1.05, 1.1, 1.4}) {
+      WideScene wide = test::aisles(24, 8);
+      if (number != 0) wide.scene.bodies[0].tags.push_back({{FamilyId::TagStandard52h13, number}, 0.25, {}});
+      wide.scene.bodies[0].tags.back().size_m *= factor;
+      SceneMap map;
+      const Outcome outcome = mapped(wide, &map);
+      SCOPED_TRACE(::testing::Message() << "tag " << number << ", factor " << factor);
+      EXPECT_EQ(outcome.tags, 24U);
+      EXPECT_LT(outcome.mean_m, 0.02);
+      EXPECT_LT(worst_sigmas(wide, map), 5);
+      ASSERT_EQ(map.wrong_sizes.size(), 1U);
+      EXPECT_EQ(map.wrong_sizes[0].tag.number, number);
+      EXPECT_NEAR(map.wrong_sizes[0].found_m, 0.25, std::max(0.003 * 0.25, 3 * map.wrong_sizes[0].sigma_m));
+      EXPECT_THAT(scene_warnings(map),
+                  ElementsAre(AllOf(HasSubstr(fmt::format("tag {}:", number)), HasSubstr("a side of"))));
+    }
+  }
+}
+
+TEST(GivenFacts, PrintedSizesThatScatterAreInTheCovariances) {
+  const bool full = std::getenv("WAYMARK_FULL") != nullptr;
+  const int seeds = full ? 20 : 5;
+  for (const double percent : {0.0, 0.3, 1.0}) {
+    Random random(31);
+    double nees = 0;
+    double nees_if_exact = 0;
+    int warnings = 0;
+    for (int seed = 1; seed <= seeds; ++seed) {
+      WideScene wide = test::aisles(24, static_cast<std::uint64_t>(seed));
+      std::vector<SceneTag>& tags = wide.scene.bodies[0].tags;
+      for (int id = 1; id < 24; ++id) tags.push_back({{FamilyId::TagStandard52h13, id}, tags[0].size_m, {}});
+      for (SceneTag& tag : tags) tag.size_m *= std::exp(percent / 100 * random.normal());
+      SceneMap map;
+      mapped(wide, &map);
+      nees += joint_nees(wide, map) / seeds;
+      warnings += scene_warnings(map).empty() ? 0 : 1;
+      const auto exact = map_scene(wide.scene, wide.recording, {.tag_size_sigma_percent = 0});
+      ASSERT_TRUE(exact);
+      nees_if_exact += joint_nees(wide, *exact) / seeds;
+    }
+    std::printf(
+        "sizes %.1f %% off: joint NEES %.2f of 1 (%.1f if sizes are exact), %d of %d maps with warnings\n",
+        percent, nees, nees_if_exact, warnings, seeds);
+    EXPECT_GT(nees, 0.5) << percent;
+    EXPECT_LT(nees, 1.5) << percent;
+    EXPECT_EQ(warnings, percent < 1 ? 0 : seeds);
+  }
 }
 
 TEST(GivenFacts, TheOnlyKnownTagThatSwingsIsReported) {
@@ -357,22 +449,6 @@ WideScene thinly_tied(int observations) {
     std::erase_if(seen, [&](const TagDetection& d) { return tied ? d.tag.number < 30 : d.tag.number <= 30; });
   }
   return wide;
-}
-
-/// The largest distance between a tag in the map and its true pose, in standard deviations of the position.
-double worst_sigmas(const WideScene& wide, const SceneMap& map) {
-  double worst = 0;
-  for (std::size_t t = 1; t < map.scene.bodies[0].tags.size(); ++t) {
-    const auto map_T_tag = map.map_T_tag(0, t);
-    if (!map_T_tag) continue;
-    const Eigen::Vector3d p = map_T_tag->translation();
-    Eigen::Matrix<double, 3, 6> J;
-    J << Eigen::Matrix3d::Identity(), -SO3::hat(p);
-    const Eigen::Matrix3d P = J * map.covariance.poses[map.problem.tags[0][t]] * J.transpose();
-    const Eigen::Vector3d off = wide.truth.at(map.scene.bodies[0].tags[t].id.number).translation() - p;
-    worst = std::max(worst, std::sqrt(off.dot(P.llt().solve(off))));
-  }
-  return worst;
 }
 
 TEST(Odometry, ConnectsTagsThatNoImageShowsTogether) {

@@ -10,10 +10,12 @@
 #include "waymark/mapping/scene/rolling_corners.hpp"
 #include "waymark/mapping/scene/scene_calibration.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
+#include "waymark/mapping/scene/scene_sizes.hpp"
 #include "waymark/mapping/solver/correlated_errors.hpp"
 #include "waymark/mapping/solver/front_cholesky.hpp"
 #include "waymark/mapping/solver/map_search.hpp"
 #include "waymark/mapping/solver/pose_votes.hpp"
+#include "waymark/mapping/solver/tag_sizes.hpp"
 
 namespace waymark {
 namespace {
@@ -88,6 +90,7 @@ class Search {
   /// Estimates the corner noise and other free parameters from the observations.
   void adjust_with_estimated_noise() {
     adjust_until_stable();
+    release_wrong_sizes();
     if (goes_on() && correct_misread_ids(map_, options_.search.outlier_chi2) > 0) adjust_until_stable();
     add_planes(map_.scene, map_.problem, map_.placed);
     known_.resize(map_.placed.size());
@@ -113,6 +116,89 @@ class Search {
       if (!changed && !moved && round > 0) break;
       find(0, options_.search.max_iterations, "adjusting", kRoughGain);
     }
+  }
+
+  /// Estimates the spread of printed sizes, and the sizes that the observations contradict.
+  void release_wrong_sizes() {
+    if (!(options_.tag_size_sigma_percent > 0) || !goes_on()) return;
+    count_correlated();
+    Bundle& bundle = map_.problem.bundle;
+    const std::vector<PriorTerm> priors = bundle.priors;
+    std::optional<std::size_t> last;
+    const auto adjust = [&](const std::vector<std::size_t>& released) {
+      if (!released.empty() && released.back() != last) {
+        last = released.back();
+        if (observations_by_size(map_)[*last].contradict()) start_size(map_, *last);
+        use_again(released);
+      }
+      adjust_until_stable();
+    };
+    const auto other_cause = [&](std::size_t size, const Bundle& before) {
+      if (!goes_on()) return false;
+      constexpr int kMinUsed = 4;
+      const SizeObservations observations = observations_by_size(map_)[size];
+      if (observations.used < kMinUsed || observations.contradict()) {
+        bundle = before;
+        return true;
+      }
+      return is_given_pose_wrong(size, before);
+    };
+    const ReleasedSizes sizes = release_sizes(
+        bundle, map_.assumed_size_spread, {[&] { return contradicted_sizes(map_); }, adjust, other_cause});
+    map_.released_sizes = sizes.released;
+    map_.size_spread = sizes.spread;
+    if (!loosened_prior_) return;
+    bundle.priors = priors;
+    adjust_until_stable();
+  }
+
+  /// The cost of a map, with the limit at which observations are rejected for those that are.
+  [[nodiscard]] double cost_with_rejected() const {
+    const Bundle& bundle = map_.problem.bundle;
+    const auto rejected = std::ranges::count_if(bundle.corners, [&](const CornerTerm& term) {
+      return !term.used && can_count(term) && !term.unconfirmed;
+    });
+    return cost(bundle) + static_cast<double>(rejected) * options_.search.outlier_chi2 / 2;
+  }
+
+  /// Whether the observations of a tag agree better if its given pose is wrong than if its size is, by the
+  /// criterion of Schwarz ("Estimating the Dimension of a Model", Annals of Statistics 6(2), 1978). Leaves
+  /// the bundle in the state that explains them better.
+  bool is_given_pose_wrong(std::size_t size, const Bundle& before) {
+    constexpr double kLoosened = 1e-3;
+    constexpr double kMoreUnknowns = 5;
+    Bundle& bundle = map_.problem.bundle;
+    const auto seen =
+        std::ranges::find_if(bundle.corners, [&](const CornerTerm& term) { return term.size == size; });
+    const auto prior = std::ranges::find(before.priors, seen->tag, &PriorTerm::pose);
+    if (prior == before.priors.end()) return false;
+    const double noise_px = noise_px_;  // costs are compared with the same noise
+    const double by_size = cost_with_rejected();
+    const Bundle with_size = bundle;
+    bundle = before;
+    bundle.priors[static_cast<std::size_t>(prior - before.priors.begin())].factor.whitening *= kLoosened;
+    use_again({size});
+    adjust_until_stable();
+    const double n =
+        static_cast<double>(std::ranges::count(bundle.corners, std::optional(size), &CornerTerm::size));
+    set_corner_noise(noise_px);
+    if (cost_with_rejected() + kMoreUnknowns / 2 * std::log(8 * n) < by_size) {
+      loosened_prior_ = true;
+      return true;
+    }
+    bundle = with_size;
+    return false;
+  }
+
+  /// Observations that contradicted the given size of a tag may agree with another size. Errors are large at
+  /// first, so the outlier threshold is decreased in steps.
+  void use_again(const std::vector<std::size_t>& sizes) {
+    for (CornerTerm& term : map_.problem.bundle.corners) {
+      if (term.size && can_count(term) && std::ranges::find(sizes, *term.size) != sizes.end())
+        term.used = true;
+    }
+    for (double chi2 : {100 * kCoarseChi2, kCoarseChi2, options_.search.robust_chi2})
+      find(chi2, options_.search.max_iterations, "estimating printed sizes", kRoughGain);
   }
 
   /// Downweights images with persistent errors; for videos.
@@ -246,10 +332,7 @@ class Search {
     map_.summary = solve(map_.problem.bundle, search, report_progress, factor_);
   }
 
-  [[nodiscard]] bool can_count(const CornerTerm& term) const {
-    return map_.placed[term.rig] != 0 && map_.placed[term.cam] != 0 && map_.placed[term.body] != 0 &&
-           map_.placed[term.tag] != 0;
-  }
+  [[nodiscard]] bool can_count(const CornerTerm& term) const { return map_.is_placed(term); }
 
   /// Sets the same noise for all corners.
   void set_corner_noise(double sigma_px) {
@@ -321,6 +404,7 @@ class Search {
   std::vector<PointDistanceTerm> distances_{};  ///< not used until the size of tags is estimated
   internal::KeptFactor factor_{};
   double noise_px_ = kStartPx;
+  bool loosened_prior_ = false;  ///< while wrong sizes are searched for
 };
 
 /// Excludes unlisted tags with few observations, because a wrong id usually occurs only once.
@@ -340,6 +424,10 @@ void drop_rare_unlisted_tags(const TagScene& listed, const SceneMapOptions& opti
 }
 
 }  // namespace
+
+bool SceneMap::is_placed(const CornerTerm& term) const {
+  return placed[term.rig] != 0 && placed[term.cam] != 0 && placed[term.body] != 0 && placed[term.tag] != 0;
+}
 
 std::optional<SE3> SceneMap::map_T_tag(std::size_t body, std::size_t tag) const {
   const PoseIndex of_tag = problem.tags[body][tag];
@@ -364,6 +452,10 @@ Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recordin
   Result<SceneBundle> problem = scene_bundle(map.scene, recording, map.observations);
   if (!problem) return tl::unexpected(problem.error());
   map.problem = std::move(*problem);
+  if (options.model == SceneModel::Waymark) {
+    map.size_spread = map.assumed_size_spread = options.tag_size_sigma_percent / 100;
+    for (BundleSize& size : map.problem.bundle.sizes) size.sigma = map.assumed_size_spread;
+  }
   Search search(recording, options, progress, map);
   search.search_coarsely();
   if (map.summary.stopped) return internal::stopped_on_request();

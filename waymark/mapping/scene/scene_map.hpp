@@ -27,6 +27,9 @@ struct SceneMapOptions {
   /// The images are from one video, and those with persistent errors are given the weight of a single image
   /// (model waymark only).
   bool correlated_noise = false;
+  /// Standard deviation of the printed size of each tag, relative to its given size (model waymark only). If
+  /// 0, the sizes are exact.
+  double tag_size_sigma_percent = 0.3;
   /// Relative standard deviation of the common print size of all tags, which is included in every covariance.
   /// If empty, it is 0.005 if distances are given; otherwise, the size is exact.
   std::optional<double> size_sigma{};
@@ -37,6 +40,14 @@ struct SceneMapOptions {
     visit(self.min_observations,
           Field{"min_observations", "Minimum number of images in which an unlisted tag must be observed.", 1,
                 1000});
+    visit(
+        self.tag_size_sigma_percent,
+        Field{
+            "tag_size_sigma_percent",
+            "Standard deviation of the printed size of each tag, in percent of the given size. 0: sizes are "
+            "exact. Half a millimetre of 16 cm is 0.3 %. Sizes that the observations contradict by more than "
+            "three standard deviations are estimated and reported.",
+            0, 20});
   }
 };
 
@@ -51,6 +62,14 @@ struct SceneCut {
 struct CorrectedId {
   std::size_t frame = 0;
   TagId read{}, is{};
+};
+
+/// A tag whose given size contradicts the observations.
+struct WrongSize {
+  TagId tag{};
+  double given_m = 0;
+  double found_m = 0, sigma_m = 0;  ///< from the observations
+  double deviations = 0;            ///< of the given size, in standard deviations
 };
 
 /// Given and estimated parameters of a camera.
@@ -80,6 +99,11 @@ struct SceneMap {
   std::map<TagId, int> prior_only{};      ///< see tags_on_prior_alone()
   /// Parameters of estimated cameras; `scene` contains the estimates.
   std::vector<FoundIntrinsics> intrinsics{};
+  std::vector<std::size_t>
+      released_sizes{};                  ///< indices into Bundle::sizes of sizes without their usual prior
+  std::vector<WrongSize> wrong_sizes{};  ///< their tags are in the map with the size that was found
+  double assumed_size_spread = 0;        ///< tag_size_sigma_percent as a share
+  double size_spread = 0;                ///< relative standard deviation of the other printed sizes
   double size_scale = 1;               ///< common factor for all tag sizes, estimated if distances are given
   double size_sigma = 0;               ///< standard deviation of size_scale; 0 if it was not estimated
   double size_prior_sigma = 0.005;     ///< prior standard deviation of size_scale
@@ -87,6 +111,8 @@ struct SceneMap {
   double correlated_frames = 1;        ///< this many images count as one
   std::vector<TagId> rejected_tags{};  ///< not in the map: unlisted and observed too rarely, or inconsistent
 
+  /// Whether all poses of a term have been placed.
+  [[nodiscard]] bool is_placed(const CornerTerm& term) const;
   /// Pose of a tag on a static body; empty if the tag is not in the map.
   [[nodiscard]] std::optional<SE3> map_T_tag(std::size_t body, std::size_t tag) const;
 };

@@ -17,6 +17,7 @@
 #include "waymark/mapping/scene/pixel_shift.hpp"
 #include "waymark/mapping/scene/prior_checks.hpp"
 #include "waymark/mapping/scene/scene_calibration.hpp"
+#include "waymark/mapping/solver/tag_sizes.hpp"
 
 namespace waymark {
 namespace {
@@ -171,10 +172,31 @@ void list_thin_cuts(SceneMap& map) {
     map.thin_cuts.push_back({named(cut.beyond), named(cut.by), cut.observations});
 }
 
+/// Puts the sizes that were found into the scene.
+void list_wrong_sizes(SceneMap& map) {
+  const std::vector<SizeEstimate> estimates = size_estimates(map.problem.bundle, map.covariance);
+  for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
+    for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
+      const std::size_t size = map.problem.sizes[b][t];
+      const auto estimate = std::ranges::find(estimates, size, &SizeEstimate::size);
+      const bool released = std::ranges::find(map.released_sizes, size) != map.released_sizes.end();
+      if (!released || estimate == estimates.end() || map.placed[map.problem.tags[b][t]] == 0) continue;
+      SceneTag& tag = map.scene.bodies[b].tags[t];
+      const double found_m = tag.size_m * std::exp(map.problem.bundle.sizes[size].log_scale);
+      map.wrong_sizes.push_back(
+          {tag.id, tag.size_m, found_m, estimate->sigma * found_m,
+           std::abs(estimate->log_scale) /
+               std::hypot(std::max(map.size_spread, map.assumed_size_spread), estimate->sigma)});
+      tag.size_m = found_m;
+    }
+  }
+}
+
 }  // namespace
 
 void report_scene(const SceneRecording& recording, SceneMap& map) {
   map.covariance = covariance(map.problem.bundle);
+  list_wrong_sizes(map);
   for (std::size_t i = 0; i < map.by_size.size(); ++i)
     map.covariance.poses[i] += map.size_sigma * map.size_sigma * map.by_size[i] * map.by_size[i].transpose();
   report_intrinsics(map);
@@ -305,6 +327,22 @@ void warn_of_cameras(const SceneMap& map, std::vector<std::string>& warnings) {
   }
 }
 
+void warn_of_sizes(const SceneMap& map, std::vector<std::string>& warnings) {
+  for (const WrongSize& wrong : map.wrong_sizes)
+    warnings.push_back(
+        fmt::format("tag {}: its observations fit a side of {:.4f} +- {:.4f} m, given {:.4f} m ({:.1f} "
+                    "sigma); the map has the "
+                    "side that fits. Measure its black square",
+                    wrong.tag.number, wrong.found_m, wrong.sigma_m, wrong.given_m, wrong.deviations));
+  constexpr double kClearlyMore = 1.5;
+  if (map.size_spread > kClearlyMore * map.assumed_size_spread)
+    warnings.push_back(
+        fmt::format("printed sizes differ from the given ones by {:.1f} % (one sigma), assumed {:.1f} %; the "
+                    "covariances contain "
+                    "this. Measure the black squares, or set `tag_size_sigma_percent`",
+                    100 * map.size_spread, 100 * map.assumed_size_spread));
+}
+
 void warn_of_tags(const SceneMap& map, std::vector<std::string>& warnings) {
   const std::vector<Counts> counts = counts_of(map);
   struct Line {
@@ -316,6 +354,7 @@ void warn_of_tags(const SceneMap& map, std::vector<std::string>& warnings) {
   std::vector<TagId> alone;
   for_tags(map, [&](const SceneTag& tag, PoseIndex pose) {
     const Counts& count = counts[pose];
+    if (std::ranges::find(map.wrong_sizes, tag.id, &WrongSize::tag) != map.wrong_sizes.end()) return;
     const bool known = tag.body_T_tag.has_value() || map.problem.bundle.poses[pose].fixed;
     if (known && count.used == 0 && map.placed[pose] != 0) alone.push_back(tag.id);
     const int rejected = count.all - count.used;
@@ -386,6 +425,7 @@ std::vector<std::string> scene_warnings(const SceneMap& map) {
   warn_of_priors(map, warnings);
   warn_of_measurements(map, warnings);
   warn_of_cameras(map, warnings);
+  warn_of_sizes(map, warnings);
   warn_of_tags(map, warnings);
   warn_of_prior_only(map, warnings);
   warn_of_thin_cuts(map, warnings);

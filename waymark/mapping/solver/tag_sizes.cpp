@@ -1,0 +1,145 @@
+#include "waymark/mapping/solver/tag_sizes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace waymark {
+namespace {
+
+constexpr double kReleasedSigma = 0.2;
+constexpr double kTags = 4;
+
+}  // namespace
+
+std::vector<SizeEstimate> size_estimates(const Bundle& bundle, const BundleCovariance& covariance) {
+  constexpr double kLeastInformation = 1e-3;  // share of the prior's variance that the observations remove
+  std::vector<SizeEstimate> estimates;
+  for (std::size_t i = 0; i < bundle.sizes.size(); ++i) {
+    const double prior = bundle.sizes[i].sigma * bundle.sizes[i].sigma;
+    const double posterior = covariance.sizes[i];
+    const double removed = prior - posterior;
+    if (!(posterior > 0) || removed < kLeastInformation * prior) continue;
+    estimates.push_back(
+        {i, bundle.sizes[i].log_scale * prior / removed, std::sqrt(prior * posterior / removed)});
+  }
+  return estimates;
+}
+
+double size_spread(const std::vector<SizeEstimate>& estimates, double assumed_sigma) {
+  constexpr double kSmallest = 0.1;  // of the assumed value
+  constexpr double kLargest = 30;
+  constexpr int kSteps = 100;
+  const double assumed = assumed_sigma * assumed_sigma;
+  double best = assumed_sigma;
+  double most = -std::numeric_limits<double>::infinity();
+  for (int step = 0; step <= kSteps; ++step) {
+    const double sigma =
+        assumed_sigma * kSmallest * std::pow(kLargest / kSmallest, static_cast<double>(step) / kSteps);
+    const double variance = sigma * sigma;
+    double log_likelihood = -kTags / 2 * (std::log(variance) + assumed / variance);
+    for (const SizeEstimate& estimate : estimates) {
+      const double total = variance + estimate.sigma * estimate.sigma;
+      log_likelihood -= (std::log(total) + estimate.log_scale * estimate.log_scale / total) / 2;
+    }
+    if (log_likelihood <= most) continue;
+    most = log_likelihood;
+    best = sigma;
+  }
+  return best;
+}
+
+namespace {
+
+/// The limit that one of all sizes exceeds by chance in one map of a hundred, in standard deviations, but at
+/// least three. The quantile is approximated as in Abramowitz and Stegun, "Handbook of Mathematical
+/// Functions", 26.2.23.
+double gate(std::size_t sizes) {
+  constexpr double kMin = 3;
+  constexpr double kChance = 0.01;
+  const double t =
+      std::sqrt(-2 * std::log(kChance / 2 / static_cast<double>(std::max<std::size_t>(sizes, 1))));
+  const double quantile =
+      t - (2.515517 + t * (0.802853 + t * 0.010328)) / (1 + t * (1.432788 + t * (0.189269 + t * 0.001308)));
+  return std::max(kMin, quantile);
+}
+
+double deviations(const SizeEstimate& estimate, double sigma) {
+  return std::abs(estimate.log_scale) / std::hypot(sigma, estimate.sigma);
+}
+
+bool is_wrong(const SizeEstimate& estimate, double sigma, std::size_t sizes) {
+  return deviations(estimate, sigma) > gate(sizes);
+}
+
+/// The estimate that contradicts a prior with this standard deviation most; nullptr if none does.
+const SizeEstimate* worst_of(const std::vector<SizeEstimate>& estimates, double sigma) {
+  const auto worst = std::ranges::max_element(
+      estimates, {}, [&](const SizeEstimate& estimate) { return deviations(estimate, sigma); });
+  return worst != estimates.end() && is_wrong(*worst, sigma, estimates.size()) ? &*worst : nullptr;
+}
+
+/// The size to be released next: a suspect, or the one that contradicts its prior most. `estimates` do not
+/// contain those that are settled.
+std::optional<std::size_t> next_size(const std::vector<SizeEstimate>& estimates, double assumed_sigma,
+                                     const SizeSearch& search, const std::vector<std::size_t>& settled) {
+  if (search.suspects) {
+    for (const std::size_t size : search.suspects()) {
+      if (std::ranges::find(settled, size) == settled.end()) return size;
+    }
+  }
+  const SizeEstimate* worst = worst_of(estimates, assumed_sigma);
+  if (worst == nullptr) return std::nullopt;
+  // The worst one does not count for the spread by which it is judged.
+  std::vector<SizeEstimate> others = estimates;
+  others.erase(others.begin() + (worst - estimates.data()));
+  worst = worst_of(estimates, std::max(assumed_sigma, size_spread(others, assumed_sigma)));
+  if (worst == nullptr) return std::nullopt;
+  return worst->size;
+}
+
+}  // namespace
+
+ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSearch& search) {
+  ReleasedSizes result{.released = {}, .spread = assumed_sigma};
+  std::vector<std::size_t> settled;  // released, or with another cause
+  const auto is_free = [](const BundleSize& size) { return size.sigma > 0; };
+  if (std::ranges::none_of(bundle.sizes, is_free)) return result;
+  const std::size_t most = std::max<std::size_t>(6, bundle.sizes.size() / 4);
+  std::vector<SizeEstimate> estimates;
+  while (true) {
+    estimates = size_estimates(bundle, covariance(bundle));
+    // A suspect that fits its given size once all its observations are used again was not wrong.
+    std::erase_if(result.released, [&](std::size_t size) {
+      const auto estimate = std::ranges::find(estimates, size, &SizeEstimate::size);
+      const bool wrong = estimate != estimates.end() && is_wrong(*estimate, assumed_sigma, estimates.size());
+      if (!wrong) bundle.sizes[size].sigma = assumed_sigma;
+      return !wrong;
+    });
+    std::erase_if(estimates, [&](const SizeEstimate& estimate) {
+      return std::ranges::find(settled, estimate.size) != settled.end();
+    });
+    const auto size =
+        settled.size() < most ? next_size(estimates, assumed_sigma, search, settled) : std::nullopt;
+    if (!size) break;
+    const Bundle before = bundle;
+    settled.push_back(*size);
+    result.released.push_back(*size);
+    bundle.sizes[*size].sigma = kReleasedSigma;
+    search.adjust(result.released);
+    if (search.other_cause && search.other_cause(*size, before)) {
+      bundle.sizes[*size].sigma = assumed_sigma;
+      result.released.pop_back();
+    }
+  }
+  result.spread = size_spread(estimates, assumed_sigma);
+  for (std::size_t i = 0; i < bundle.sizes.size(); ++i) {
+    const bool released = std::ranges::find(result.released, i) != result.released.end();
+    if (bundle.sizes[i].sigma > 0 && !released) bundle.sizes[i].sigma = result.spread;
+  }
+  search.adjust(result.released);
+  return result;
+}
+
+}  // namespace waymark
