@@ -100,6 +100,7 @@ WITHOUT_EFFECT = {
     ("map lap", "--remove"): f"{NEEDS['map lap']} --remove 3",
     ("map lap", "--map-sigma"): f"{NEEDS['map lap']} --map-sigma 0.1",
     ("map scene", "--free-intrinsics"): f"{NEEDS['map scene']} --model tagslam --free-intrinsics",
+    ("map scene", "--tag-size-sigma-percent"): f"{NEEDS['map scene']} --model tagslam --tag-size-sigma-percent 1",
     **{("map video", flag): f"{NEEDS['map video']} {flag} {value}" for flag, value in (
         ("--level-sigma-deg", "2"), ("--prior-sigma-m", "0.01"), ("--prior-sigma-deg", "1"))},
     **{("convert", flag): f"walk.mp4 walk.mcap {flag} {value}" for flag, value in (
@@ -129,8 +130,8 @@ WITHOUT_EFFECT = {
     **{("calibrate guided", flag): f"{NEEDS['calibrate guided']} {flag} {value}" for flag, value in SERVED.items()},
     # The page of `view` has no --view, so its flags always have an effect; so do flags that only one sub-verb has.
     **{("view", flag): "" for flag in SERVED},
-    **{("map video", flag): "" for flag in ("--camera-name", "--camera-size", "--readout-ms", "--tag-size-sigma-m", "--distance", "--upright", "--floor",
-                                            "--plane")},
+    **{("map video", flag): "" for flag in ("--camera-name", "--camera-size", "--readout-ms", "--tag-size-sigma-m", "--tag-size-sigma-percent", "--distance",
+                                            "--upright", "--floor", "--plane")},
     **{("map scene", flag): "" for flag in ("--model", "--against")}}
 
 # (verb, flag): a line without a sub-verb, which one it chooses, and which one has the flag.

@@ -131,6 +131,7 @@ plot::PageTable sensors_side_by_side(const Runs& runs) {
   if (measured.size() < 2) return table;
   for (const DriveRun* drive : measured) table.head.push_back(drive->file);
   std::vector<std::vector<ProfileRow>> columns;
+  columns.reserve(measured.size());
   for (const DriveRun* drive : measured)
     columns.push_back(profile_table(*measured.front()->profile, *drive->profile));
   // Collected from all drives, because the first may lack rows that others have.

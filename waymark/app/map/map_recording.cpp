@@ -514,7 +514,7 @@ ReportFields rejected_by_tag(const BundleFigures& bundle, const std::map<TagId, 
       if (counts[i] > 0)
         of_tag.push_back({to_string(static_cast<RejectionReason>(i)), "Rejected observations", counts[i]});
     }
-    by_tag.push_back({to_string(tag), "Observations of this tag", std::move(of_tag)});
+    by_tag.push_back({to_string(tag), "Observations of this tag", of_tag});
   }
   return by_tag;
 }

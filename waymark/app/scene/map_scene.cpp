@@ -188,8 +188,7 @@ std::optional<ReportFields> intrinsics_fields(const SceneMap& map) {
                          ReportFields{{"value", "Estimated value", lens.found[i]},
                                       {"sigma", "Standard deviation of the estimate", lens.sigma[i]},
                                       {"given", "Value in the files", lens.given[i]}}});
-    by_camera.push_back(
-        {map.scene.cameras[lens.camera].name, "Parameters of this camera", std::move(by_name)});
+    by_camera.push_back({map.scene.cameras[lens.camera].name, "Parameters of this camera", by_name});
   }
   return by_camera;
 }
@@ -222,9 +221,14 @@ Result<SceneModel> parse_scene_model(const std::string& name) {
 }
 
 Status check(const MapSceneJob& job) {
-  if (!job.options.free_intrinsics || job.options.model != SceneModel::Tagslam) return {};
-  return fail(ErrorCode::InvalidArgument, "in TagSLAM's model the intrinsics are fixed",
-              {.key = "free_intrinsics"}, "Omit `free_intrinsics` or `model=tagslam`.");
+  if (job.options.model != SceneModel::Tagslam) return {};
+  if (job.options.free_intrinsics)
+    return fail(ErrorCode::InvalidArgument, "in TagSLAM's model the intrinsics are fixed",
+                {.key = "free_intrinsics"}, "Omit `free_intrinsics` or `model=tagslam`.");
+  if (job.options.tag_size_sigma_percent != SceneMapOptions().tag_size_sigma_percent)
+    return fail(ErrorCode::InvalidArgument, "in TagSLAM's model the sizes of tags are exact",
+                {.key = "tag_size_sigma_percent"}, "Omit `tag_size_sigma_percent` or `model=tagslam`.");
+  return {};
 }
 
 Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control) {
@@ -285,6 +289,7 @@ ReportFields fields(const CostAtValues& cost) {
 ReportFields fields(const MapSceneReport& report) {
   const SceneMap& map = report.map;
   std::vector<std::vector<int>> unconnected;
+  unconnected.reserve(map.unconnected.size());
   for (const std::vector<TagId>& group : map.unconnected) unconnected.push_back(numbers_of(group));
   return {
       {"frames", "Number of frames in the recording", report.frames},

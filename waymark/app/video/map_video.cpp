@@ -384,6 +384,7 @@ ReportFields fields(const VideoTag& tag) {
 
 std::vector<VideoTag> tags_of(const MapFile& file) {
   std::vector<VideoTag> tags;
+  tags.reserve(file.tags.tags.size());
   for (const auto& [id, tag] : file.tags.tags) tags.push_back({id, tag, file.observations.at(id)});
   return tags;
 }
