@@ -60,6 +60,7 @@ std::optional<Eigen::Matrix<double, 8, 1>> corner_residual(const CornerFactor& f
   Eigen::Matrix<double, 8, 1> r;
   for (int i = 0; i < 4; ++i) {
     const auto at = static_cast<std::size_t>(i);
+    const int row = 2 * i;
     const Eigen::Vector3d from_middle = body_R_tag * tag_p[at];
     const Eigen::Vector3d body_p = from_middle + poses.body_T_tag.translation();
     const Eigen::Vector3d map_p = map_R_body * body_p + poses.map_T_body.translation();
@@ -68,15 +69,15 @@ std::optional<Eigen::Matrix<double, 8, 1>> corner_residual(const CornerFactor& f
     const auto px = camera.project(cam_R_rig * (rig_p - poses.rig_T_cam.translation()),
                                    J == nullptr ? nullptr : &J_px_cam);
     if (!px) return std::nullopt;
-    r.segment<2>(2 * i) = scale * (*px - factor.corners_px[at]);
+    r.segment<2>(row) = scale * (*px - factor.corners_px[at]);
     if (J == nullptr) continue;
     const Matrix23 J_px_rig = scale * J_px_cam * cam_R_rig;
     const Matrix23 J_px_map = J_px_rig * rig_R_map;
-    if (J->wants_cam) carry(J_px_rig, rig_p, -1, 2 * i, J->cam);
-    if (J->wants_rig) carry(J_px_map, map_p, -1, 2 * i, J->rig);
-    if (J->wants_body) carry(J_px_map, map_p, 1, 2 * i, J->body);
-    if (J->wants_tag) carry(J_px_map * map_R_body, body_p, 1, 2 * i, J->tag);
-    if (J->wants_size) J->size.segment<2>(2 * i) = J_px_map * (map_R_body * from_middle);
+    if (J->wants_cam) carry(J_px_rig, rig_p, -1, row, J->cam);
+    if (J->wants_rig) carry(J_px_map, map_p, -1, row, J->rig);
+    if (J->wants_body) carry(J_px_map, map_p, 1, row, J->body);
+    if (J->wants_tag) carry(J_px_map * map_R_body, body_p, 1, row, J->tag);
+    if (J->wants_size) J->size.segment<2>(row) = J_px_map * (map_R_body * from_middle);
   }
   if (factor.isotropic) return r;
   if (J != nullptr) {

@@ -35,7 +35,7 @@ class TagslamReader {
   double number(const YamlCursor& at, std::string_view key, double fallback);
   int integer(const YamlCursor& at, std::string_view key, int fallback);
   bool boolean(const YamlCursor& at, std::string_view key, bool fallback);
-  std::string text(const YamlCursor& at, std::string_view key, std::string fallback);
+  std::string text(const YamlCursor& at, std::string_view key, const std::string& fallback);
   std::set<int> ids(const YamlCursor& at, std::string_view key);
   std::vector<double> numbers(const YamlCursor& at, std::string_view key, std::size_t count);
   /// Reads {x:, y:, z:} or [x, y, z]; zero if missing.
@@ -93,7 +93,7 @@ bool TagslamReader::boolean(const YamlCursor& at, std::string_view key, bool fal
   return at.find(key) ? keep(at.read_at(key, &YamlCursor::boolean), fallback) : fallback;
 }
 
-std::string TagslamReader::text(const YamlCursor& at, std::string_view key, std::string fallback) {
+std::string TagslamReader::text(const YamlCursor& at, std::string_view key, const std::string& fallback) {
   return at.find(key) ? keep(at.read_at(key, &YamlCursor::text), fallback) : fallback;
 }
 

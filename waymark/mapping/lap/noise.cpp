@@ -110,6 +110,7 @@ OdometryFactor joined(const Bundle& bundle, const TermRun& stretch) {
 /// The expected mean squares of the whitened residuals, including the uncertainty of the poses.
 Eigen::Vector3d expected_squares(const Bundle& bundle, const std::vector<TermRun>& stretches) {
   std::vector<std::pair<PoseIndex, PoseIndex>> pairs;
+  pairs.reserve(stretches.size());
   for (const TermRun& s : stretches)
     pairs.emplace_back(bundle.odometry[s.first].a, bundle.odometry[s.last - 1].b);
   const BundleCovariance P = covariance(bundle, pairs);

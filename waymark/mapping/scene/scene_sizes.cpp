@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <optional>
@@ -33,11 +34,17 @@ std::vector<SizeObservations> observations_by_size(const SceneMap& map) {
 }
 
 std::vector<std::size_t> contradicted_sizes(const SceneMap& map) {
+  constexpr std::size_t kMinContradicted = 3;
+  constexpr double kMaxShare =
+      0.25;  // of all tags; if more contradict the map, their sizes are not the cause
   const std::vector<SizeObservations> sizes = observations_by_size(map);
   std::vector<std::size_t> found;
+  double tags = 0;
   for (std::size_t i = 0; i < sizes.size(); ++i) {
+    tags += sizes[i].used + sizes[i].rejected + sizes[i].unconfirmed > 0 ? 1 : 0;
     if (sizes[i].contradict()) found.push_back(i);
   }
+  if (found.size() > kMinContradicted && static_cast<double>(found.size()) > kMaxShare * tags) return {};
   std::ranges::stable_sort(found, std::greater<>{}, [&](std::size_t i) { return sizes[i].share_unused(); });
   return found;
 }
@@ -121,7 +128,7 @@ void start_size(SceneMap& map, std::size_t size) {
   }
   const auto votes = votes_for_tag(bundle, terms, squares);
   const auto agreed = internal::agree(votes, internal::kPoseGate);
-  if (!agreed || 2 * agreed->votes < std::ssize(votes)) return;
+  if (!agreed || 2 * static_cast<std::ptrdiff_t>(agreed->votes) < std::ssize(votes)) return;
   bundle.sizes[size].log_scale += std::log(factor);
   bundle.poses[terms.front()->tag].value = agreed->value.mean;
 }

@@ -25,7 +25,8 @@ struct SizeObservations {
 /// For each size of the problem.
 [[nodiscard]] std::vector<SizeObservations> observations_by_size(const SceneMap& map);
 
-/// The sizes whose observations contradict them, those with the largest share of unused ones first.
+/// The sizes whose observations contradict them, those with the largest share of unused ones first. Empty if
+/// more than a quarter of the tags are contradicted.
 [[nodiscard]] std::vector<std::size_t> contradicted_sizes(const SceneMap& map);
 
 /// Estimates the size and the pose of a tag from frames whose poses other tags determine. The tag's distance

@@ -106,23 +106,24 @@ ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSear
   std::vector<std::size_t> settled;  // released, or with another cause
   const auto is_free = [](const BundleSize& size) { return size.sigma > 0; };
   if (std::ranges::none_of(bundle.sizes, is_free)) return result;
-  const std::size_t most = std::max<std::size_t>(6, bundle.sizes.size() / 4);
+  constexpr int kMaxOtherCauses = 6;  // limits the time if something else is wrong
+  int other_causes = 0;
   std::vector<SizeEstimate> estimates;
   while (true) {
     estimates = size_estimates(bundle, covariance(bundle));
     // A suspect that fits its given size once all its observations are used again was not wrong.
-    std::erase_if(result.released, [&](std::size_t size) {
+    const std::size_t right = std::erase_if(result.released, [&](std::size_t size) {
       const auto estimate = std::ranges::find(estimates, size, &SizeEstimate::size);
       const bool wrong = estimate != estimates.end() && is_wrong(*estimate, assumed_sigma, estimates.size());
       if (!wrong) bundle.sizes[size].sigma = assumed_sigma;
       return !wrong;
     });
+    other_causes += static_cast<int>(right);
     std::erase_if(estimates, [&](const SizeEstimate& estimate) {
       return std::ranges::find(settled, estimate.size) != settled.end();
     });
-    const auto size =
-        settled.size() < most ? next_size(estimates, assumed_sigma, search, settled) : std::nullopt;
-    if (!size) break;
+    const auto size = next_size(estimates, assumed_sigma, search, settled);
+    if (!size || other_causes == kMaxOtherCauses) break;
     const Bundle before = bundle;
     settled.push_back(*size);
     result.released.push_back(*size);
@@ -131,6 +132,7 @@ ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSear
     if (search.other_cause && search.other_cause(*size, before)) {
       bundle.sizes[*size].sigma = assumed_sigma;
       result.released.pop_back();
+      ++other_causes;
     }
   }
   result.spread = size_spread(estimates, assumed_sigma);
@@ -138,7 +140,7 @@ ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSear
     const bool released = std::ranges::find(result.released, i) != result.released.end();
     if (bundle.sizes[i].sigma > 0 && !released) bundle.sizes[i].sigma = result.spread;
   }
-  search.adjust(result.released);
+  if (!settled.empty()) search.adjust(result.released);
   return result;
 }
 

@@ -49,7 +49,7 @@ struct SizeSearch {
 /// Releases the sizes that contradict the observations by more than three standard deviations (3.5 in a map
 /// of 24 tags, 3.9 in one of 100), the worst one first. The others get the spread of sizes that the
 /// observations suggest as their prior. A bundle without free sizes is not changed. Costs one covariance()
-/// and one search per released size, and one more of each.
+/// and one search per attempt, and one covariance() more.
 ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSearch& search);
 
 }  // namespace waymark
