@@ -10,6 +10,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/fnv1a.hpp"
+
 namespace waymark {
 namespace {
 
@@ -17,27 +19,19 @@ constexpr std::size_t kSketchSize = 32;
 constexpr std::size_t kHashDigits = 8;
 constexpr const char* kContent = "content";
 
-/// 64-bit FNV-1a of the numbers, byte by byte from the lowest, folded to 32 bits.
-std::uint32_t hash_of(const std::vector<std::int32_t>& numbers) {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (const std::int32_t number : numbers) {
-    for (unsigned shift = 0; shift < 32; shift += 8)
-      hash = (hash ^ ((static_cast<std::uint32_t>(number) >> shift) & 0xFFU)) * 0x100000001b3ULL;
-  }
-  return static_cast<std::uint32_t>(hash ^ (hash >> 32U));
-}
-
+/// Hash of the id and the rounded corners; `nullopt` if a corner is far outside any image.
 std::optional<std::uint32_t> hash_of(const TagDetection& detection) {
   constexpr double kStepsPerPixel = 4;
   constexpr double kMaxPixel = 1e6;
-  std::vector<std::int32_t> numbers = {detection.tag.number};
+  std::string text = std::to_string(detection.tag.number);
   for (const Eigen::Vector2d& corner : detection.corners_px) {
     for (const double px : {corner.x(), corner.y()}) {
       if (!(std::abs(px) < kMaxPixel)) return std::nullopt;
-      numbers.push_back(static_cast<std::int32_t>(std::lround(kStepsPerPixel * px)));
+      text += fmt::format(" {}", std::lround(kStepsPerPixel * px));
     }
   }
-  return hash_of(numbers);
+  const std::uint64_t hash = fnv1a(text);
+  return static_cast<std::uint32_t>(hash ^ (hash >> 32U));
 }
 
 /// The largest hash up to which a sketch contains all hashes of its recording.

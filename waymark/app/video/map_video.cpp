@@ -238,9 +238,7 @@ std::optional<double> number_in(const std::string& text) {
 
 Eigen::Vector3d position_sigma_m(const MappedTag& tag) {
   if (!tag.covariance) return Eigen::Vector3d::Zero();
-  Eigen::Matrix<double, 3, 6> J;
-  J << Eigen::Matrix3d::Identity(), -SO3::hat(tag.map_T_tag.translation());
-  return (J * *tag.covariance * J.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+  return coordinate_deviations(Uncertain<SE3>{tag.map_T_tag, *tag.covariance}).head<3>();
 }
 
 Result<MeasuredDistance> parse_distance(const std::string& text, SearchedFamilies families) {

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/fnv1a.hpp"
 #include "waymark/config/yaml_tree.hpp"
 
 namespace waymark {
@@ -185,9 +186,7 @@ std::vector<std::string> changes_since(const CommissionRecord& record, const Rob
 
 std::string digest_of(std::string_view text) {
   if (text.empty()) return {};
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
-  return fmt::format("{:016x}", hash);
+  return fmt::format("{:016x}", fnv1a(text));
 }
 
 }  // namespace waymark

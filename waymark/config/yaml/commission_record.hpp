@@ -53,8 +53,7 @@ struct CommissionGround {
 [[nodiscard]] std::vector<std::string> changes_since(const CommissionRecord& record, const RobotModel& model,
                                                      const CommissionGround& ground);
 
-/// 64-bit FNV-1a (Fowler, Noll, Vo) as 16 hexadecimal digits; empty for an empty text. Detects changes, but
-/// is not a cryptographic hash.
+/// fnv1a() as 16 hexadecimal digits; empty for an empty text.
 [[nodiscard]] std::string digest_of(std::string_view text);
 
 }  // namespace waymark

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/fnv1a.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
 
@@ -29,17 +30,10 @@ constexpr const char* kMend =
 
 std::string line_of(const RoutePoint& point) { return "  - " + yaml_list(row_of(point)) + "\n"; }
 
-/// FNV-1a (Fowler, Noll and Vo), 64 bits.
-std::uint64_t hashed(std::uint64_t hash, std::string_view text) {
-  constexpr std::uint64_t kPrime = 1099511628211U;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * kPrime;
-  return hash;
-}
-
 /// Checksum of all points as written in the file.
 std::string checksum(const std::vector<std::array<double, kColumns>>& rows) {
-  std::uint64_t hash = 14695981039346656037U;
-  for (const auto& row : rows) hash = hashed(hash, yaml_list(row));
+  std::uint64_t hash = fnv1a("");
+  for (const auto& row : rows) hash = fnv1a(yaml_list(row), hash);
   return fmt::format("{:016x}", hash);
 }
 

@@ -88,7 +88,7 @@ class Corrector {
     Candidate candidate{.like = like};
     CornerFactor turned = term.factor;
     turned.size_m = bundle.corners[like].factor.size_m;
-    CornerPoses poses = poses_of(bundle, bundle.corners[like]);  // those of the tag, in the frame of the term
+    CornerPoses poses = poses_of(bundle, bundle.corners[like]);
     poses.map_T_rig = bundle.poses[term.rig].value;
     poses.rig_T_cam = bundle.poses[term.cam].value;
     poses.map_T_body = bundle.poses[term.body].value;

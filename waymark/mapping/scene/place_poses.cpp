@@ -9,6 +9,7 @@
 
 #include <Eigen/LU>
 
+#include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/solver/pose_votes.hpp"
 
 namespace waymark {
@@ -206,11 +207,9 @@ class Placer {
 
   /// The variance of a hypothesis relative to the largest at which motions still place frames.
   [[nodiscard]] double uncertainty(const Hypothesis& hypothesis) const {
-    const Matrix6& P = hypothesis.covariance;
-    Eigen::Matrix<double, 3, 6> J;  // of the position, in the left tangent
-    J << Eigen::Matrix3d::Identity(), -SO3::hat(hypothesis.value.translation());
-    return (J * P * J.transpose()).trace() / (options_.max_carried_m * options_.max_carried_m) +
-           P.bottomRightCorner<3, 3>().trace() / (options_.max_carried_rad * options_.max_carried_rad);
+    const Vector6 sigma = coordinate_deviations(Uncertain<SE3>{hypothesis.value, hypothesis.covariance});
+    return sigma.head<3>().squaredNorm() / (options_.max_carried_m * options_.max_carried_m) +
+           sigma.tail<3>().squaredNorm() / (options_.max_carried_rad * options_.max_carried_rad);
   }
 
   /// A motion from a placed frame to another one.
@@ -232,8 +231,8 @@ class Placer {
     std::vector<Hypothesis> result;
     for (const Hypothesis& at : hypotheses_[from]) {
       const SE3 value = at.value * (S * M * S.inverse());
-      const Matrix6 Ad = ((from == term.a ? at.value : value) * S)
-                             .adjoint();  // the error is in the frame of the sensor at A
+      // The error is in the frame of the sensor at A.
+      const Matrix6 Ad = ((from == term.a ? at.value : value) * S).adjoint();
       const Matrix6 scaled = Ad * W_inverse;
       result.push_back({value, at.covariance + scaled * scaled.transpose(), at.chi2});
     }

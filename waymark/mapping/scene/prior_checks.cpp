@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <set>
 #include <vector>
+
+#include "waymark/mapping/solver/disjoint_sets.hpp"
 
 namespace waymark {
 namespace {
@@ -12,26 +13,21 @@ namespace {
 /// Sets of connected poses.
 class ConnectedPoses {
  public:
-  explicit ConnectedPoses(std::size_t poses) : parent_(poses), known_(poses, 0) {
-    std::iota(parent_.begin(), parent_.end(), PoseIndex{0});
-  }
+  explicit ConnectedPoses(std::size_t poses) : sets_(poses), known_(poses, 0) {}
 
-  PoseIndex set_of(PoseIndex pose) {
-    while (parent_[pose] != pose) pose = parent_[pose] = parent_[parent_[pose]];
-    return pose;
-  }
+  PoseIndex set_of(PoseIndex pose) { return sets_.root(pose); }
   void connect(PoseIndex a, PoseIndex b) {
     const PoseIndex to = set_of(b);
     const PoseIndex from = set_of(a);
     known_[to] = known_[to] != 0 || known_[from] != 0 ? 1 : 0;
-    parent_[from] = to;
+    sets_.join(from, to);
   }
   /// Marks a pose as determined by something other than tags.
   void mark_known(PoseIndex pose) { known_[set_of(pose)] = 1; }
   bool known(PoseIndex pose) { return known_[set_of(pose)] != 0; }
 
  private:
-  std::vector<PoseIndex> parent_;
+  internal::DisjointSets sets_;
   std::vector<char> known_;
 };
 

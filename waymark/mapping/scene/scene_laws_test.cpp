@@ -17,6 +17,7 @@
 #include "tests/support/rig_scene.hpp"
 #include "tests/support/scene_outcome.hpp"
 #include "waymark/geometry/lie.hpp"
+#include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
 
 namespace waymark {
@@ -255,9 +256,8 @@ double worst_sigmas(const WideScene& wide, const SceneMap& map) {
     const auto map_T_tag = map.map_T_tag(0, t);
     if (!map_T_tag) continue;
     const Eigen::Vector3d p = map_T_tag->translation();
-    Eigen::Matrix<double, 3, 6> J;
-    J << Eigen::Matrix3d::Identity(), -SO3::hat(p);
-    const Eigen::Matrix3d P = J * map.covariance.poses[map.problem.tags[0][t]] * J.transpose();
+    const Uncertain<SE3> placed{*map_T_tag, map.covariance.poses[map.problem.tags[0][t]]};
+    const Eigen::Matrix3d P = coordinate_covariance(placed).topLeftCorner<3, 3>();
     const Eigen::Vector3d off = wide.truth.at(map.scene.bodies[0].tags[t].id.number).translation() - p;
     worst = std::max(worst, std::sqrt(off.dot(P.llt().solve(off))));
   }
@@ -276,9 +276,7 @@ double joint_nees(const WideScene& wide, const SceneMap& map) {
   }
   const BundleCovariance covariances = covariance(map.problem.bundle, pairs);
   const auto by_pose = [&](std::size_t t) {
-    Eigen::Matrix<double, 3, 6> J;
-    J << Eigen::Matrix3d::Identity(), -SO3::hat(map.map_T_tag(0, t)->translation());
-    return J;
+    return Eigen::Matrix<double, 3, 6>(internal::coordinate_jacobian(*map.map_T_tag(0, t), 1).topRows<3>());
   };
   const auto n = static_cast<Eigen::Index>(tags.size());
   Eigen::MatrixXd P(3 * n, 3 * n);

@@ -11,6 +11,7 @@
 
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/geometry/lie.hpp"
+#include "waymark/mapping/solver/disjoint_sets.hpp"
 #include "waymark/pose/tag_pose.hpp"
 
 namespace waymark::internal {
@@ -104,22 +105,6 @@ namespace {
 constexpr std::size_t kMaxComparisons = 6;  // each observation of a tag is compared with this many later ones
 constexpr std::size_t kMaxNeighbours = 12;  // neighbours tried for each comparison
 constexpr double kMedian6 = 5.348;          // median of chi-square with 6 degrees of freedom
-
-/// Disjoint sets (union-find).
-class Groups {
- public:
-  explicit Groups(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t root(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::size_t a, std::size_t b) { parent_[root(a)] = root(b); }
-
- private:
-  std::vector<std::size_t> parent_;
-};
 
 /// a^-1 b, with independent errors.
 Hypothesis between(const Hypothesis& a, const Hypothesis& b) {
@@ -321,7 +306,7 @@ class Confirmer {
   const std::vector<ViewMotion>& motions_;
   std::vector<std::vector<std::size_t>> views_;  ///< observations in each view, listed by the tag they show
   std::vector<std::vector<std::size_t>> tags_;   ///< observations of each tag, in chronological order
-  Groups groups_;
+  DisjointSets groups_;
   double gate_ = kPoseGate;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 
 namespace waymark {
@@ -52,25 +53,17 @@ double size_spread(const std::vector<SizeEstimate>& estimates, double assumed_si
 
 namespace {
 
-/// The limit that one of all sizes exceeds by chance in one map of a hundred, in standard deviations, but at
-/// least three. The quantile is approximated as in Abramowitz and Stegun, "Handbook of Mathematical
-/// Functions", 26.2.23.
-double gate(std::size_t sizes) {
-  constexpr double kMin = 3;
-  constexpr double kChance = 0.01;
-  const double t =
-      std::sqrt(-2 * std::log(kChance / 2 / static_cast<double>(std::max<std::size_t>(sizes, 1))));
-  const double quantile =
-      t - (2.515517 + t * (0.802853 + t * 0.010328)) / (1 + t * (1.432788 + t * (0.189269 + t * 0.001308)));
-  return std::max(kMin, quantile);
-}
-
 double deviations(const SizeEstimate& estimate, double sigma) {
   return std::abs(estimate.log_scale) / std::hypot(sigma, estimate.sigma);
 }
 
+/// Whether a size deviates by more than three standard deviations, and by more than any of all sizes does by
+/// chance in 99 maps of a hundred.
 bool is_wrong(const SizeEstimate& estimate, double sigma, std::size_t sizes) {
-  return deviations(estimate, sigma) > gate(sizes);
+  constexpr double kMinDeviations = 3;
+  constexpr double kChance = 0.01;
+  const double z = deviations(estimate, sigma);
+  return z > kMinDeviations && static_cast<double>(sizes) * std::erfc(z / std::numbers::sqrt2) < kChance;
 }
 
 /// The estimate that contradicts a prior with this standard deviation most; nullptr if none does.
