@@ -133,6 +133,7 @@ inline SceneMap true_scene_map(const RigScene& made, double sigma_px = 0.5) {
     if (number < made.tags.size()) poses[map.problem.tags[0][t]].value = made.tags[number];
   }
   map.placed.assign(poses.size(), 1);
+  map.covariance.poses.assign(poses.size(), Matrix6::Zero());
   map.noise_px = sigma_px;
   return map;
 }

@@ -48,7 +48,7 @@ inline WideScene empty_scene(const std::map<int, SE3>& tags) {
   return wide;
 }
 
-/// The camera's observations from these poses, the nearest tags first, at most this many per frame.
+/// Adds the camera's observations from these poses, the nearest tags first, at most this many per frame.
 inline void film(WideScene& wide, const std::vector<SE3>& map_T_cam, double farthest_m, std::size_t most,
                  double noise_px, Random& random) {
   const auto cell = [](const Eigen::Vector3d& p) {
@@ -56,7 +56,8 @@ inline void film(WideScene& wide, const std::vector<SE3>& map_T_cam, double fart
   };
   std::map<std::pair<int, int>, std::vector<int>> by_cell;
   for (const auto& [id, map_T_tag] : wide.truth) by_cell[cell(map_T_tag.translation())].push_back(id);
-  wide.map_T_cam = map_T_cam;
+  const std::size_t first = wide.recording.frames.size();
+  wide.map_T_cam.insert(wide.map_T_cam.end(), map_T_cam.begin(), map_T_cam.end());
   const int reach = static_cast<int>(std::ceil(farthest_m / 2));
   for (std::size_t f = 0; f < map_T_cam.size(); ++f) {
     const SE3 cam_T_map = map_T_cam[f].inverse();
@@ -88,7 +89,7 @@ inline void film(WideScene& wide, const std::vector<SE3>& map_T_cam, double fart
       view.detections.push_back(detection);
     }
     wide.detections += view.detections.size();
-    const SensorTime stamp{std::chrono::milliseconds(100 * static_cast<std::int64_t>(f))};
+    const SensorTime stamp{std::chrono::milliseconds(100 * static_cast<std::int64_t>(first + f))};
     wide.recording.frames.push_back({stamp, {view}});
   }
 }
@@ -96,8 +97,10 @@ inline void film(WideScene& wide, const std::vector<SE3>& map_T_cam, double fart
 }  // namespace internal
 
 /// A walk up one aisle, around a half circle, down the next, with signs on alternate sides of the path, about
-/// five of them per image, without odometry.
-inline WideScene aisles(int tags, std::uint64_t seed, double noise_px = 0.2) {
+/// five of them per image, without odometry. If a tag is `moved`, the same walk follows once more, with this
+/// tag moved in its own frame; `truth` then has its last pose.
+inline WideScene aisles(int tags, std::uint64_t seed, double noise_px = 0.2,
+                        const std::map<int, SE3>& moved = {}) {
   constexpr double kAisleM = 30;
   constexpr double kRadiusM = 1.5;
   constexpr double kStepM = 0.07;
@@ -132,6 +135,8 @@ inline WideScene aisles(int tags, std::uint64_t seed, double noise_px = 0.2) {
     map_T_cam.push_back(map_T_base * SE3(body_R_optical(), Eigen::Vector3d::Zero()));
   }
   internal::film(wide, map_T_cam, 3.6, 7, noise_px, random);
+  for (const auto& [id, by] : moved) wide.truth.at(id) = wide.truth.at(id) * by;
+  if (!moved.empty()) internal::film(wide, map_T_cam, 3.6, 7, noise_px, random);
   return wide;
 }
 

@@ -315,6 +315,8 @@ ReportFields fields(const MapSceneReport& report) {
        map.left_out_cuts},
       {"wrong_sizes", "Tags whose given size contradicts the observations; the map has the size found",
        map.wrong_sizes},
+      {"moved_tags", "Tags that were moved during the recording; the map has their last pose",
+       map.moved_tags},
       {"size_spread_percent", "Standard deviation of the other printed sizes, in percent of the given sizes",
        100 * map.size_spread},
       {"size_scale", "Factor from the given size to the estimated size of all tags; 1 without distances",

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/moved_tag_fields.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/common/wrong_size_fields.hpp"
 #include "waymark/base/fields.hpp"

@@ -26,6 +26,7 @@
 #include "waymark/config/exchange/tagslam.hpp"
 #include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/mapping/scene/moved_tags.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
 
 namespace waymark {
@@ -108,7 +109,7 @@ MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, cons
     const TagId id = walls.tags[t].id;
     const bool known = std::ranges::find(map.undetermined, id) == map.undetermined.end();
     if (!pose || observations == 0 || !known) continue;
-    const bool exact = anchors.exact.contains(id);
+    const bool exact = anchors.exact.contains(id) && find_moved(map, id) == nullptr;
     const Matrix6 covariance = exact ? Matrix6(Matrix6::Zero()) : map.covariance.poses[index];
     file.tags.tags[id] = {.map_T_tag = exact ? anchors.tags.at(id).mean : *pose,
                           .size_m = walls.tags[t].size_m,
@@ -330,7 +331,6 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
   };
   Result<SceneMap> map = map_scene(*scene, recording,
                                    {.search = job.search,
-                                    .correlated_noise = true,
                                     .tag_size_sigma_percent = job.tag_size_sigma_percent,
                                     .size_sigma = relative_size_sigma(job)},
                                    progress);
@@ -456,6 +456,8 @@ ReportFields fields(const MapVideoReport& report) {
        report.corner_chi2_per_dof},
       {"wrong_sizes", "Tags whose given size contradicts the observations; the map has the size found",
        report.map.wrong_sizes},
+      {"moved_tags", "Tags that were moved during the recording; the map has their last pose",
+       report.map.moved_tags},
       {"size_spread_percent", "Standard deviation of the other printed sizes, in percent of the given sizes",
        100 * report.map.size_spread},
       {"size_scale", "Factor from the given size to the estimated size of all tags; 1 without distances",

@@ -7,6 +7,7 @@
 
 #include "waymark/app/common/camera_tags.hpp"
 #include "waymark/app/common/job_control.hpp"
+#include "waymark/app/common/moved_tag_fields.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/common/tag_names.hpp"
 #include "waymark/app/common/wrong_size_fields.hpp"

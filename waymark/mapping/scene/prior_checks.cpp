@@ -1,10 +1,16 @@
 #include "waymark/mapping/scene/prior_checks.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <set>
 #include <vector>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "waymark/mapping/scene/moved_tags.hpp"
 #include "waymark/mapping/solver/disjoint_sets.hpp"
 
 namespace waymark {
@@ -94,11 +100,57 @@ std::map<TagId, int> tags_on_prior_alone(const SceneMap& map) {
     for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
       const PoseIndex tag = map.problem.tags[b][t];
       if (!map.scene.bodies[b].tags[t].body_T_tag || map.placed[tag] == 0 || used[tag] == 0) continue;
+      if (find_moved(map, map.scene.bodies[b].tags[t].id) != nullptr) continue;  // not at its given pose
       if (tags_in_set[connected.set_of(tag)] == 1 && !connected.known(tag))
         alone.emplace(map.scene.bodies[b].tags[t].id, used[tag]);
     }
   }
   return alone;
+}
+
+namespace {
+
+/// The 0.999 quantiles of chi-square with 1 to 6 degrees of freedom.
+constexpr std::array kQuantiles = {10.83, 13.82, 16.27, 18.47, 20.52, 22.46};
+
+}  // namespace
+
+std::optional<PriorContradiction> contradiction(const PosePriorFactor& given, const SE3& estimate,
+                                                const Matrix6& covariance) {
+  constexpr double kLeastShare = 0.01;  // of the information that does not come from the given pose
+  const Vector6 r = pose_prior_residual(given, estimate);
+  Matrix6 V = given.whitening * covariance * given.whitening.transpose();
+  if (!(V.diagonal().maxCoeff() < 1)) V.setZero();  // an undetermined pose, or one with a common size error
+  const Eigen::SelfAdjointEigenSolver<Matrix6> shares(Matrix6::Identity() - V);
+  double chi2 = 0;
+  std::size_t directions = 0;
+  Vector6 found = Vector6::Zero();
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    const double share = shares.eigenvalues()[i];
+    if (share < kLeastShare) continue;
+    const Vector6 direction = shares.eigenvectors().col(i);
+    const double along = direction.dot(r);
+    chi2 += along * along / share;
+    found += along / share * direction;
+    ++directions;
+  }
+  if (directions == 0 || chi2 < kQuantiles.at(directions - 1)) return std::nullopt;
+  const SE3 moved = SE3::exp(given.whitening.partialPivLu().solve(found));
+  return PriorContradiction{given.prior.inverse() * moved * given.prior, std::sqrt(chi2)};
+}
+
+std::vector<std::size_t> sizes_far_from_given_pose(const SceneMap& map) {
+  std::vector<std::size_t> sizes;
+  for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
+    for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
+      const std::optional<ScenePrior>& given = map.scene.bodies[b].tags[t].body_T_tag;
+      const PoseIndex pose = map.problem.tags[b][t];
+      if (!given || map.placed[pose] == 0) continue;
+      const Vector6 r = pose_prior_residual(given->factor(), map.problem.bundle.poses[pose].value);
+      if (r.squaredNorm() > kQuantiles.back()) sizes.push_back(map.problem.sizes[b][t]);
+    }
+  }
+  return sizes;
 }
 
 }  // namespace waymark

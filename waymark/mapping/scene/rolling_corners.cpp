@@ -19,12 +19,12 @@ class Motions {
  public:
   Motions(const SceneRecording& recording, const SceneMap& map) : recording_(recording), map_(map) {}
 
-  [[nodiscard]] std::optional<SE3> cam_T_tag(const SceneObservation& seen, std::size_t frame) const {
+  [[nodiscard]] std::optional<SE3> cam_T_tag(const SceneObservation& seen, PoseIndex tag,
+                                             std::size_t frame) const {
     const SceneBundle& problem = map_.problem;
     const PoseIndex rig = problem.body_at(map_.scene.cameras[seen.camera].body, frame);
     const PoseIndex body = problem.body_at(seen.body, frame);
     const PoseIndex cam = problem.cameras[seen.camera];
-    const PoseIndex tag = problem.tags[seen.body][seen.tag];
     for (PoseIndex pose : {rig, body, cam, tag})
       if (map_.placed[pose] == 0) return std::nullopt;
     const auto& poses = problem.bundle.poses;
@@ -33,8 +33,8 @@ class Motions {
 
   /// The tag's motion around the time of a frame, which is a polynomial through its poses in up to two frames
   /// before and two after. Empty if there is no neighbouring frame.
-  [[nodiscard]] std::optional<MovingTag> motion(const SceneObservation& seen) const {
-    const auto now = cam_T_tag(seen, seen.frame);
+  [[nodiscard]] std::optional<MovingTag> motion(const SceneObservation& seen, PoseIndex pose) const {
+    const auto now = cam_T_tag(seen, pose, seen.frame);
     if (!now) return std::nullopt;
     constexpr Eigen::Index kMaxNeighbours = 4;
     Eigen::Matrix<double, kMaxNeighbours, 1> t;
@@ -43,7 +43,7 @@ class Motions {
     const auto take = [&](std::size_t frame) {
       const double apart_s = seconds(seen.frame, frame);
       if (std::abs(apart_s) > kMaxGap_s || apart_s == 0) return false;
-      const auto then = cam_T_tag(seen, frame);
+      const auto then = cam_T_tag(seen, pose, frame);
       if (!then) return false;
       t[count] = apart_s;
       moved.row(count++) = (*then * now->inverse()).log().transpose();
@@ -74,7 +74,7 @@ class Motions {
 /// unknown.
 double bring_to_middle(const SceneObservation& seen, double readout_s, const Motions& motions,
                        const CameraModel& camera, double side_m, CornerTerm& term) {
-  std::optional<MovingTag> tag = motions.motion(seen);
+  std::optional<MovingTag> tag = motions.motion(seen, term.tag);
   if (tag) tag->size_m = side_m;
   const auto shift = tag ? rolling_shift(*tag, seen.factor.corners_px, camera, readout_s) : std::nullopt;
   if (!shift || !shift->allFinite()) return std::numeric_limits<double>::infinity();

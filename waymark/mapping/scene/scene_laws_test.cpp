@@ -34,6 +34,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 
 SceneMap mapped(const RigScene& made, const SceneMapOptions& options = {}) {
@@ -318,6 +319,27 @@ TEST(GivenFacts, AKnownTagWithAWrongPoseIsReported) {
   EXPECT_THAT(scene_warnings(map), Contains(HasSubstr("tag 12 ")));
 }
 
+TEST(GivenFacts, AWrongPoseIsReportedAlsoIfTheMapYieldsToIt) {
+  WideScene wide = test::aisles(24, 8);
+  const auto give = [&](int id, const Eigen::Vector3d& off) {
+    const SE3 mean(wide.truth.at(id).rotation(), wide.truth.at(id).translation() + off);
+    wide.scene.bodies[0].tags.push_back(
+        {{FamilyId::TagStandard52h13, id},
+         0.25,
+         ScenePrior::of(mean, Eigen::Vector3d::Constant(5e-3), Eigen::Vector3d::Constant(1e-2))});
+  };
+  const auto warnings = [&](double off_m) {
+    wide.scene.bodies[0].tags.resize(1);
+    give(20, {0.6 * off_m, 0.8 * off_m, 0});
+    SceneMap map;
+    mapped(wide, &map);
+    EXPECT_THAT(map.wrong_sizes, IsEmpty());
+    return scene_warnings(map);
+  };
+  EXPECT_THAT(warnings(0), IsEmpty());
+  EXPECT_THAT(warnings(0.3), ElementsAre(AllOf(HasSubstr("tag 20 is 0."), HasSubstr("given pose"))));
+}
+
 TEST(GivenFacts, AWrongSizeIsEstimatedAndReported) {
   for (const int number : {0, 9}) {  // the only known tag; another one
     for (const double factor : {0.8, 0.98, 1.02, 1.05, 1.1, 1.4}) {
@@ -336,6 +358,39 @@ TEST(GivenFacts, AWrongSizeIsEstimatedAndReported) {
       EXPECT_THAT(scene_warnings(map),
                   ElementsAre(AllOf(HasSubstr(fmt::format("tag {}:", number)), HasSubstr("a side of"))));
     }
+  }
+}
+
+TEST(GivenFacts, AMovedTagIsFoundAndItsLastPoseIsInTheMap) {
+  // Tag 0 is the only known one.
+  for (const auto& [number, distance_m] : {std::pair(0, 0.03), {0, 0.2}, {9, 0.02}, {17, 0.4}}) {
+    SCOPED_TRACE(::testing::Message() << "tag " << number << ", " << distance_m << " m");
+    const SE3 by(SO3::exp({0, 0, 0.05}), {distance_m * 0.6, distance_m * 0.8, 0});
+    const WideScene wide = test::aisles(24, 8, 0.2, {{number, by}});
+    SceneMap map;
+    const Outcome outcome = mapped(wide, &map);
+    EXPECT_EQ(outcome.tags, 24U);
+    EXPECT_LT(outcome.mean_m, 0.02);
+    EXPECT_LT(worst_sigmas(wide, map), 5);
+    EXPECT_THAT(map.wrong_sizes, IsEmpty());
+    ASSERT_EQ(map.moved_tags.size(), 1U);
+    EXPECT_EQ(map.moved_tags[0].tag.number, number);
+    EXPECT_NEAR(map.moved_tags[0].distance_m, distance_m, 0.01);
+    const double half_s = 0.1 * static_cast<double>(wide.recording.frames.size()) / 2;
+    EXPECT_LT(map.moved_tags[0].last_before_s, half_s);
+    EXPECT_GE(map.moved_tags[0].first_after_s, half_s);
+    EXPECT_THAT(scene_warnings(map), Contains(HasSubstr(fmt::format("tag {}: moved", number))));
+  }
+}
+
+TEST(GivenFacts, ATagThatWasNotMovedIsNotReportedAsMoved) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    WideScene wide = test::aisles(24, seed, 0.2, {{3, SE3()}});  // walked twice
+    if (seed > 3) wide.scene.bodies[0].tags.back().size_m *= 1.05;
+    SceneMap map;
+    mapped(wide, &map);
+    EXPECT_THAT(map.moved_tags, IsEmpty()) << seed;
+    EXPECT_EQ(map.wrong_sizes.size(), seed > 3 ? 1U : 0U) << seed;
   }
 }
 

@@ -1,13 +1,16 @@
 #include "waymark/mapping/scene/scene_map.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/scene/misread_ids.hpp"
+#include "waymark/mapping/scene/moved_tags.hpp"
 #include "waymark/mapping/scene/place_poses.hpp"
+#include "waymark/mapping/scene/prior_checks.hpp"
 #include "waymark/mapping/scene/rolling_corners.hpp"
 #include "waymark/mapping/scene/scene_calibration.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
@@ -91,7 +94,7 @@ class Search {
   /// Estimates the corner noise and other free parameters from the observations.
   void adjust_with_estimated_noise() {
     adjust_until_stable();
-    release_wrong_sizes();
+    explain_contradictions();
     if (goes_on() && correct_misread_ids(map_, options_.search.outlier_chi2) > 0) adjust_until_stable();
     add_planes(map_.scene, map_.problem, map_.placed);
     known_.resize(map_.placed.size());
@@ -119,61 +122,98 @@ class Search {
     }
   }
 
-  /// Estimates the spread of printed sizes, and the sizes that the observations contradict.
-  void release_wrong_sizes() {
+  /// Estimates the spread of printed sizes, and finds the tags that contradict the map: those of another size
+  /// than given, those with a wrong given pose, and those that were moved.
+  void explain_contradictions() {
     if (!(options_.tag_size_sigma_percent > 0) || !goes_on()) return;
     count_correlated();
-    Bundle& bundle = map_.problem.bundle;
-    const std::vector<PriorTerm> priors = bundle.priors;
     std::optional<std::size_t> last;
+    State before = state();
+    const auto suspects = [&] {
+      std::vector<std::size_t> sizes = contradicted_sizes(map_);
+      for (const std::size_t size : sizes_far_from_given_pose(map_)) sizes.push_back(size);
+      std::vector<LikelyMove> moves = likely_moves(recording_, map_, sizes_that_fit(false));
+      if (!are_few_tags(moves.size(), map_)) moves.clear();
+      for (const LikelyMove& move : moves) sizes.push_back(move.size);
+      return sizes;
+    };
     const auto adjust = [&](const std::vector<std::size_t>& released) {
       if (!released.empty() && released.back() != last) {
         last = released.back();
+        before = state();
         if (observations_by_size(map_)[*last].contradict()) start_size(map_, *last);
         use_again(released);
+        if (!may_fit(*last)) return;
       }
       adjust_until_stable();
     };
-    const auto other_cause = [&](std::size_t size, const Bundle& before) {
-      if (!goes_on()) return false;
-      if (!fits_like_others(size)) {
-        bundle = before;
-        return true;
-      }
-      return is_given_pose_wrong(size, before);
+    const auto other_cause = [&](std::size_t size, const Bundle& given_size) {
+      before.bundle = given_size;
+      return !map_.summary.stopped && has_other_cause(size, before);
     };
-    const ReleasedSizes sizes = release_sizes(
-        bundle, map_.assumed_size_spread, {[&] { return contradicted_sizes(map_); }, adjust, other_cause});
+    const ReleasedSizes sizes =
+        release_sizes(map_.problem.bundle, map_.assumed_size_spread, {suspects, adjust, other_cause});
     map_.released_sizes = sizes.released;
     map_.size_spread = sizes.spread;
-    if (!loosened_prior_) return;
-    bundle.priors = priors;
-    adjust_until_stable();
+    for (const auto& [prior, given] : loosened_priors_) map_.problem.bundle.priors[prior].factor = given;
+    if (!loosened_priors_.empty()) adjust_until_stable();
+    list_moved_tags();
   }
 
-  /// Whether the observations of a tag agree with the map as well as those of other tags. If a tag was moved,
-  /// or two tags have its number, another size explains only some of its observations.
-  [[nodiscard]] bool fits_like_others(std::size_t size) const {
+  /// A move that later explanations made unnecessary is undone.
+  void list_moved_tags() {
+    if (map_.summary.stopped) return;
+    const std::size_t all = std::erase_if(moves_, [&](const std::pair<LikelyMove, PoseIndex>& move) {
+      if (is_far(describe_move(recording_, map_, move.first, move.second))) return false;
+      join_again(map_, move.first, move.second);
+      return true;
+    });
+    if (all > 0) adjust_until_stable();
+    for (const auto& [move, earlier] : moves_)
+      map_.moved_tags.push_back(describe_move(recording_, map_, move, earlier));
+  }
+
+  [[nodiscard]] static bool is_far(const MovedTag& moved) {
+    constexpr double kMinDistance_m = 0.005;
+    constexpr double kMinAngle_rad = 0.02;
+    return moved.distance_m > kMinDistance_m || moved.angle_rad > kMinAngle_rad;
+  }
+
+  /// The sizes of tags whose observations agree with the map as well as those of other tags, or of those
+  /// whose observations do not. If a tag was moved, or two tags have its number, another size explains only
+  /// some of its observations.
+  [[nodiscard]] std::vector<std::size_t> sizes_that_fit(bool fit) const {
     constexpr int kMinUsed = 4;
     constexpr double kMaxRejectedShare = 0.05;
     constexpr double kMaxRatio = 1.25;
     constexpr double kSigmas = 3;
     const Bundle& bundle = map_.problem.bundle;
     const std::vector<double> chi2 = chi2_of_corners();
-    std::array<double, 2> sum{};  // of other tags, of this one
-    std::array<double, 2> count{};
+    std::vector<double> sums(bundle.sizes.size(), 0);
+    double sum = 0, count = 0;
     for (std::size_t i = 0; i < chi2.size(); ++i) {
-      if (!bundle.corners[i].used) continue;
-      const std::size_t own = bundle.corners[i].size == size ? 1 : 0;
-      sum.at(own) += chi2[i];
-      ++count.at(own);
+      if (!bundle.corners[i].used || !bundle.corners[i].size) continue;
+      sums[*bundle.corners[i].size] += chi2[i];
+      sum += chi2[i];
+      ++count;
     }
-    const SizeObservations observations = observations_by_size(map_)[size];
-    if (observations.used < kMinUsed || count[0] == 0) return false;
-    const double ratio = sum[1] / count[1] / (sum[0] / count[0]);
-    return observations.share_unused() <= kMaxRejectedShare + 1.0 / observations.used &&
-           ratio <
-               kMaxRatio + kSigmas / std::sqrt(4 * count[1]);  // chi-square with 8 degrees of freedom each
+    const std::vector<SizeObservations> observations = observations_by_size(map_);
+    std::vector<std::size_t> sizes;
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      const double used = observations[i].used;
+      if (used + observations[i].rejected + observations[i].unconfirmed == 0) continue;
+      // Chi-square with 8 degrees of freedom each.
+      const bool fits =
+          used >= kMinUsed && count > used &&
+          observations[i].share_unused() <= kMaxRejectedShare + 1 / used &&
+          sums[i] / used * (count - used) < (kMaxRatio + kSigmas / std::sqrt(4 * used)) * (sum - sums[i]);
+      if (fits == fit) sizes.push_back(i);
+    }
+    return sizes;
+  }
+
+  [[nodiscard]] bool fits(std::size_t size) const {
+    return std::ranges::binary_search(sizes_that_fit(true), size);
   }
 
   /// The cost of a map, with the limit at which observations are rejected for those that are.
@@ -185,33 +225,118 @@ class Search {
     return cost(bundle) + static_cast<double>(rejected) * options_.search.outlier_chi2 / 2;
   }
 
-  /// Whether the observations of a tag agree better if its given pose is wrong than if its size is, by the
-  /// criterion of Schwarz ("Estimating the Dimension of a Model", Annals of Statistics 6(2), 1978). Leaves
-  /// the bundle in the state that explains them better.
-  bool is_given_pose_wrong(std::size_t size, const Bundle& before) {
-    constexpr double kLoosened = 1e-3;
-    constexpr double kMoreUnknowns = 5;
-    Bundle& bundle = map_.problem.bundle;
-    const auto seen =
-        std::ranges::find_if(bundle.corners, [&](const CornerTerm& term) { return term.size == size; });
-    const auto prior = std::ranges::find(before.priors, seen->tag, &PriorTerm::pose);
-    if (prior == before.priors.end()) return false;
-    const double noise_px = noise_px_;  // costs are compared with the same noise
-    const double by_size = cost_with_rejected();
-    const Bundle with_size = bundle;
-    bundle = before;
-    bundle.priors[static_cast<std::size_t>(prior - before.priors.begin())].factor.whitening *= kLoosened;
-    use_again({size});
-    adjust_until_stable();
-    const double n =
-        static_cast<double>(std::ranges::count(bundle.corners, std::optional(size), &CornerTerm::size));
-    set_corner_noise(noise_px);
-    if (cost_with_rejected() + kMoreUnknowns / 2 * std::log(8 * n) < by_size) {
-      loosened_prior_ = true;
-      return true;
+  /// A state of the search that can be returned to.
+  struct State {
+    Bundle bundle{};
+    double noise_px = 0;
+    BundleSummary summary{};
+  };
+
+  [[nodiscard]] State state() const { return {map_.problem.bundle, noise_px_, map_.summary}; }
+
+  void go_to(State state) {
+    map_.problem.bundle = std::move(state.bundle);
+    noise_px_ = state.noise_px;
+    if (!map_.summary.stopped) map_.summary = std::move(state.summary);
+    // Only earlier poses of moved tags are added or removed.
+    map_.placed.resize(map_.problem.bundle.poses.size(), 1);
+    map_.problem.moves.resize(map_.problem.bundle.poses.size(), 0);
+  }
+
+  /// An explanation of the contradictions of one tag.
+  struct Explanation {
+    State state{};
+    double more_unknowns = 0;
+    bool is_size = false;
+    std::optional<std::pair<std::size_t, PosePriorFactor>> given_prior{};  ///< if loosened
+    std::optional<std::pair<LikelyMove, PoseIndex>> move{};
+  };
+
+  /// After the size of a tag was released: whether its observations agree better if it was moved, or if its
+  /// given pose is wrong. If none of these explains them, that is another cause, too. The search continues
+  /// from the best explanation, by the criterion of Schwarz ("Estimating the Dimension of a Model", Annals of
+  /// Statistics 6(2), 1978).
+  bool has_other_cause(std::size_t size, const State& before) {
+    std::vector<Explanation> explanations;
+    explanations.push_back({.state = before});
+    if (goes_on() && fits(size))
+      explanations.push_back({.state = state(), .more_unknowns = 1, .is_size = true});
+    go_to(before);
+    for (const LikelyMove& move : moves_to_try(recording_, map_, size)) {
+      go_to(before);
+      if (auto moved = explain_by_move(move)) explanations.push_back(std::move(*moved));
     }
-    bundle = with_size;
-    return false;
+    go_to(before);
+    if (auto loosened = explain_by_prior(size)) explanations.push_back(std::move(*loosened));
+    if (map_.summary.stopped) return false;
+    Explanation best = best_of(std::move(explanations), size);
+    if (best.move) best = move_among_neighbours(std::move(best), before);
+    go_to(std::move(best.state));
+    if (best.given_prior) loosened_priors_.push_back(*best.given_prior);
+    if (best.move) moves_.push_back(*best.move);
+    return !best.is_size;
+  }
+
+  std::optional<Explanation> explain_by_move(const LikelyMove& move) {
+    if (std::ranges::any_of(moves_, [&](const auto& other) { return other.first.size == move.size; }))
+      return std::nullopt;
+    const PoseIndex earlier = separate_earlier(map_, move);
+    use_again({move.size});
+    if (!may_fit(move.size)) return std::nullopt;
+    adjust_until_stable();
+    if (!goes_on() || !fits(move.size)) return std::nullopt;
+    if (!is_far(describe_move(recording_, map_, move, earlier))) return std::nullopt;
+    return Explanation{.state = state(), .more_unknowns = 6, .move = {{move, earlier}}};
+  }
+
+  /// The move of this tag or of a neighbour, whichever explains more. Images that show both follow the tag
+  /// with more observations, and contradict the other one.
+  Explanation move_among_neighbours(Explanation found, const State& before) {
+    const LikelyMove move = found.move->first;
+    std::vector<Explanation> explanations;
+    explanations.push_back(std::move(found));
+    go_to(before);
+    for (const LikelyMove& other : moves_of_neighbours(recording_, map_, move)) {
+      go_to(before);
+      if (auto moved = explain_by_move(other); moved && fits(move.size))
+        explanations.push_back(std::move(*moved));
+    }
+    return best_of(std::move(explanations), move.size);
+  }
+
+  std::optional<Explanation> explain_by_prior(std::size_t size) {
+    constexpr double kLoosened = 1e-3;
+    std::vector<PriorTerm>& priors = map_.problem.bundle.priors;
+    const auto seen = std::ranges::find(map_.problem.bundle.corners, std::optional(size), &CornerTerm::size);
+    const auto prior = std::ranges::find(priors, seen->tag, &PriorTerm::pose);
+    if (prior == priors.end()) return std::nullopt;
+    const std::pair given(static_cast<std::size_t>(prior - priors.begin()), prior->factor);
+    prior->factor.whitening *= kLoosened;
+    use_again({size});
+    if (!may_fit(size)) return std::nullopt;
+    adjust_until_stable();
+    if (!goes_on() || !fits(size)) return std::nullopt;
+    return Explanation{.state = state(), .more_unknowns = 6, .given_prior = given};
+  }
+
+  /// The most likely one, if corners have the smallest noise of all.
+  Explanation best_of(std::vector<Explanation> explanations, std::size_t size) {
+    const auto n = static_cast<double>(
+        std::ranges::count(map_.problem.bundle.corners, std::optional(size), &CornerTerm::size));
+    const double noise_px = std::ranges::min(explanations, {}, [](const Explanation& e) {
+                              return e.state.noise_px;
+                            }).state.noise_px;
+    double least = std::numeric_limits<double>::infinity();
+    std::size_t best = 0;
+    for (std::size_t i = 0; i < explanations.size(); ++i) {
+      go_to(explanations[i].state);
+      set_corner_noise(noise_px);
+      gate_observations();
+      const double criterion = cost_with_rejected() + explanations[i].more_unknowns / 2 * std::log(8 * n);
+      if (criterion < least) best = i;
+      least = std::min(least, criterion);
+    }
+    return std::move(explanations[best]);
   }
 
   /// Observations that contradicted the given size of a tag may agree with another size. Errors are large at
@@ -221,14 +346,24 @@ class Search {
       if (term.size && can_count(term) && std::ranges::find(sizes, *term.size) != sizes.end())
         term.used = true;
     }
+    known_.resize(map_.placed.size());
+    replace_contradicted(map_.problem.bundle, map_.placed, known_, options_.search.outlier_chi2);
     for (double chi2 : {100 * kCoarseChi2, kCoarseChi2, options_.search.robust_chi2})
-      find(chi2, options_.search.max_iterations, "estimating printed sizes", kRoughGain);
+      find(chi2, options_.search.max_iterations, "explaining contradictions", kRoughGain);
   }
 
-  /// Downweights images with persistent errors; for videos.
+  /// Whether few enough observations of a tag contradict the map for the attempt to go on.
+  [[nodiscard]] bool may_fit(std::size_t size) {
+    constexpr double kMaxShare = 0.2;
+    gate_observations();
+    return goes_on() && observations_by_size(map_)[size].share_unused() < kMaxShare;
+  }
+
+  /// Downweights images with persistent errors.
   void count_correlated() {
-    if (!options_.correlated_noise || !goes_on()) return;
+    if (!goes_on()) return;
     std::vector<std::size_t> frames;
+    frames.reserve(map_.observations.seen.size());
     for (const auto& seen : map_.observations.seen) frames.push_back(seen.frame);
     map_.correlated_frames = correlated_frames(map_.problem.bundle, frames);
     set_corner_noise(noise_px_);
@@ -428,7 +563,8 @@ class Search {
   std::vector<PointDistanceTerm> distances_{};  ///< not used until the size of tags is estimated
   internal::KeptFactor factor_{};
   double noise_px_ = kStartPx;
-  bool loosened_prior_ = false;  ///< while wrong sizes are searched for
+  std::vector<std::pair<std::size_t, PosePriorFactor>> loosened_priors_{};  ///< index and given factor
+  std::vector<std::pair<LikelyMove, PoseIndex>> moves_{};                   ///< with the earlier pose
 };
 
 /// Excludes unlisted tags with few observations, because a wrong id usually occurs only once.

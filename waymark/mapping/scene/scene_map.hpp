@@ -24,9 +24,6 @@ struct SceneMapOptions {
   SearchOptions search{};
   int min_observations = 2;
   bool free_intrinsics = false;  ///< also estimate camera parameters, near those given (model waymark only)
-  /// The images are from one video, and those with persistent errors are given the weight of a single image
-  /// (model waymark only).
-  bool correlated_noise = false;
   /// Standard deviation of the printed size of each tag, relative to its given size (model waymark only). If
   /// 0, the sizes are exact.
   double tag_size_sigma_percent = 0.3;
@@ -72,6 +69,14 @@ struct WrongSize {
   double deviations = 0;            ///< of the given size, in standard deviations
 };
 
+/// A tag that was moved during the recording.
+struct MovedTag {
+  TagId tag{};
+  PoseIndex earlier = 0;                        ///< its pose before; SceneBundle::tags has the one after
+  double last_before_s = 0, first_after_s = 0;  ///< its observations before and after, since the first frame
+  double distance_m = 0, angle_rad = 0;         ///< between the two poses
+};
+
 /// Given and estimated parameters of a camera.
 struct FoundIntrinsics {
   std::size_t camera = 0;
@@ -102,13 +107,14 @@ struct SceneMap {
   std::vector<std::size_t>
       released_sizes{};                  ///< indices into Bundle::sizes of sizes without their usual prior
   std::vector<WrongSize> wrong_sizes{};  ///< their tags are in the map with the size that was found
+  std::vector<MovedTag> moved_tags{};    ///< their last pose is in the map
   double assumed_size_spread = 0;        ///< tag_size_sigma_percent as a share
   double size_spread = 0;                ///< relative standard deviation of the other printed sizes
   double size_scale = 1;               ///< common factor for all tag sizes, estimated if distances are given
   double size_sigma = 0;               ///< standard deviation of size_scale; 0 if it was not estimated
   double size_prior_sigma = 0.005;     ///< prior standard deviation of size_scale
   std::vector<Vector6> by_size{};      ///< d(pose) / d(size_scale), already included in `covariance`
-  double correlated_frames = 1;        ///< this many images count as one
+  double correlated_frames = 1;        ///< this many images count as one, because corner errors last
   std::vector<TagId> rejected_tags{};  ///< not in the map: unlisted and observed too rarely, or inconsistent
 
   /// Whether all poses of a term have been placed.

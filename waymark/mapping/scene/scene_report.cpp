@@ -14,6 +14,7 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/mapping/scene/moved_tags.hpp"
 #include "waymark/mapping/scene/pixel_shift.hpp"
 #include "waymark/mapping/scene/prior_checks.hpp"
 #include "waymark/mapping/scene/scene_calibration.hpp"
@@ -162,10 +163,13 @@ void list_thin_cuts(SceneMap& map) {
   std::ranges::sort(map.undetermined);
   const auto named = [&](const std::vector<PoseIndex>& tags) {
     std::vector<TagId> names;
+    names.reserve(tags.size());
     for (PoseIndex tag : tags) names.push_back(ids.at(tag));
     std::ranges::sort(names);
+    names.erase(std::ranges::unique(names).begin(), names.end());
     return names;
   };
+  for (const MovedTag& moved : map.moved_tags) ids[moved.earlier] = moved.tag;
   std::vector<char> moves = map.problem.moves;
   moves.resize(map.problem.bundle.poses.size(), 0);
   for (const ThinCut& cut : thin_cuts(map.problem.bundle, moves, roots_of(map)))
@@ -184,7 +188,7 @@ void list_wrong_sizes(SceneMap& map) {
       SceneTag& tag = map.scene.bodies[b].tags[t];
       const double found_m = tag.size_m * std::exp(map.problem.bundle.sizes[size].log_scale);
       map.wrong_sizes.push_back(
-          {tag.id, tag.size_m, found_m, estimate->sigma * found_m,
+          {tag.id, tag.size_m / map.size_scale, found_m, estimate->sigma * found_m,
            std::abs(estimate->log_scale) /
                std::hypot(std::max(map.size_spread, map.assumed_size_spread), estimate->sigma)});
       tag.size_m = found_m;
@@ -256,20 +260,18 @@ void for_tags(const SceneMap& map, const Visit& visit) {
 }
 
 void warn_of_priors(const SceneMap& map, std::vector<std::string>& warnings) {
-  constexpr double kGate = 22.46;  // 0.999 quantile of chi-square with 6 degrees of freedom
   const auto check = [&](const std::string& name, PoseIndex pose, const std::optional<ScenePrior>& prior) {
     if (!prior || map.placed[pose] == 0 || map.problem.bundle.poses[pose].fixed) return;
     const SE3& now = map.problem.bundle.poses[pose].value;
-    const Vector6 r = pose_prior_residual(prior->factor(), now);
-    if (!(r.squaredNorm() > kGate)) return;
+    const auto off = contradiction(prior->factor(), now, map.covariance.poses[pose]);
+    if (!off) return;
     constexpr double kResolved_px = 0.1;  // smaller differences from a given pose are not visible in images
     const std::optional<double> shift_px = largest_shift_px(map.problem.bundle, pose, prior->mean);
     if (shift_px && *shift_px < kResolved_px) return;
-    const SE3 off = prior->mean.inverse() * now;
-    warnings.push_back(
-        fmt::format("{} is {:.4f} m and {:.2f} deg from its given pose ({:.1f} sigma); the observations are "
-                    "inconsistent with it",
-                    name, off.translation().norm(), to_degrees(off.rotation().log().norm()), r.norm()));
+    warnings.push_back(fmt::format(
+        "{} is {:.4f} m and {:.2f} deg from its given pose according to the observations ({:.1f} sigma)",
+        name, off->given_T_found.translation().norm(), to_degrees(off->given_T_found.rotation().log().norm()),
+        off->sigmas));
   };
   for (std::size_t c = 0; c < map.scene.cameras.size(); ++c)
     check("camera " + map.scene.cameras[c].name, map.problem.cameras[c], map.scene.cameras[c].body_T_cam);
@@ -279,7 +281,8 @@ void warn_of_priors(const SceneMap& map, std::vector<std::string>& warnings) {
             map.scene.bodies[b].map_T_body);
   }
   for_tags(map, [&](const SceneTag& tag, PoseIndex pose) {
-    check("tag " + std::to_string(tag.id.number), pose, tag.body_T_tag);
+    const MovedTag* moved = find_moved(map, tag.id);
+    check("tag " + std::to_string(tag.id.number), moved ? moved->earlier : pose, tag.body_T_tag);
   });
 }
 
@@ -329,11 +332,11 @@ void warn_of_cameras(const SceneMap& map, std::vector<std::string>& warnings) {
 
 void warn_of_sizes(const SceneMap& map, std::vector<std::string>& warnings) {
   for (const WrongSize& wrong : map.wrong_sizes)
-    warnings.push_back(
-        fmt::format("tag {}: its observations fit a side of {:.4f} +- {:.4f} m, given {:.4f} m ({:.1f} "
-                    "sigma); the map has the "
-                    "side that fits. Measure its black square",
-                    wrong.tag.number, wrong.found_m, wrong.sigma_m, wrong.given_m, wrong.deviations));
+    warnings.push_back(fmt::format(
+        "tag {}: its observations fit a side of {:.4f} +- {:.4f} m, given {:.4f} m ({:.1f} "
+        "sigma); the map has the side that fits. Measure its black square; if {:.4f} m is right, "
+        "check the calibration, and whether the tag was moved",
+        wrong.tag.number, wrong.found_m, wrong.sigma_m, wrong.given_m, wrong.deviations, wrong.given_m));
   constexpr double kClearlyMore = 1.5;
   if (map.size_spread > kClearlyMore * map.assumed_size_spread)
     warnings.push_back(
@@ -341,6 +344,15 @@ void warn_of_sizes(const SceneMap& map, std::vector<std::string>& warnings) {
                     "covariances contain "
                     "this. Measure the black squares, or set `tag_size_sigma_percent`",
                     100 * map.size_spread, 100 * map.assumed_size_spread));
+}
+
+void warn_of_moves(const SceneMap& map, std::vector<std::string>& warnings) {
+  for (const MovedTag& moved : map.moved_tags)
+    warnings.push_back(fmt::format(
+        "tag {}: moved by {:.3f} m and {:.1f} deg between {:.1f} s and {:.1f} s of the recording; the "
+        "map has its last pose",
+        moved.tag.number, moved.distance_m, to_degrees(moved.angle_rad), moved.last_before_s,
+        moved.first_after_s));
 }
 
 void warn_of_tags(const SceneMap& map, std::vector<std::string>& warnings) {
@@ -355,6 +367,7 @@ void warn_of_tags(const SceneMap& map, std::vector<std::string>& warnings) {
   for_tags(map, [&](const SceneTag& tag, PoseIndex pose) {
     const Counts& count = counts[pose];
     if (std::ranges::find(map.wrong_sizes, tag.id, &WrongSize::tag) != map.wrong_sizes.end()) return;
+    if (find_moved(map, tag.id) != nullptr) return;
     const bool known = tag.body_T_tag.has_value() || map.problem.bundle.poses[pose].fixed;
     if (known && count.used == 0 && map.placed[pose] != 0) alone.push_back(tag.id);
     const int rejected = count.all - count.used;
@@ -426,6 +439,7 @@ std::vector<std::string> scene_warnings(const SceneMap& map) {
   warn_of_measurements(map, warnings);
   warn_of_cameras(map, warnings);
   warn_of_sizes(map, warnings);
+  warn_of_moves(map, warnings);
   warn_of_tags(map, warnings);
   warn_of_prior_only(map, warnings);
   warn_of_thin_cuts(map, warnings);
@@ -470,6 +484,7 @@ std::vector<Tie> spanning_tree(const std::vector<std::vector<PoseIndex>>& views,
     }
   }
   std::vector<Tie> ties;
+  ties.reserve(together.size());
   for (const auto& [pair, count] : together) ties.push_back({pair.first, pair.second, count});
   std::ranges::stable_sort(ties, std::greater<>{}, &Tie::views);
   std::vector<PoseIndex> parent(poses);

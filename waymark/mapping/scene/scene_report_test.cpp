@@ -71,6 +71,19 @@ TEST(SceneWarnings, OmitDifferencesFromGivenPosesThatNoPixelResolves) {
   EXPECT_THAT(scene_warnings(map), ElementsAre(AllOf(HasSubstr("cam0 "), HasSubstr("1000.0 sigma"))));
 }
 
+TEST(SceneWarnings, ReportMovedTags) {
+  SceneMap map = good_map();
+  map.moved_tags.push_back({.tag = rig_tag(3),
+                            .earlier = map.problem.tags[0][3],
+                            .last_before_s = 12,
+                            .first_after_s = 30,
+                            .distance_m = 0.1,
+                            .angle_rad = 0.5});
+  EXPECT_THAT(scene_warnings(map), ElementsAre(AllOf(HasSubstr("tag 3:"), HasSubstr("0.100 m"),
+                                                     HasSubstr("28.6 deg"), HasSubstr("30.0 s"))));
+  expect_on_scene_page(map);
+}
+
 TEST(SceneWarnings, ReportInconsistentDistancesAndCoordinates) {
   RigScene made = rig_scene();
   const double true_m = (made.tags[2].translation() - made.tags[5].translation()).norm();

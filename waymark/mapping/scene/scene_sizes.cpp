@@ -1,17 +1,13 @@
 #include "waymark/mapping/scene/scene_sizes.hpp"
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <functional>
-#include <map>
 #include <optional>
-#include <set>
-#include <utility>
 
 #include <Eigen/Cholesky>
 
-#include "waymark/mapping/solver/pose_votes.hpp"
+#include "waymark/mapping/scene/tag_place.hpp"
 
 namespace waymark {
 
@@ -33,46 +29,32 @@ std::vector<SizeObservations> observations_by_size(const SceneMap& map) {
   return sizes;
 }
 
+bool are_few_tags(std::size_t tags, const SceneMap& map) {
+  constexpr std::size_t kMaxTags = 3;
+  constexpr double kMaxShare = 0.25;
+  const auto observed = std::ranges::count_if(observations_by_size(map), [](const SizeObservations& tag) {
+    return tag.used + tag.rejected + tag.unconfirmed > 0;
+  });
+  return tags <= kMaxTags || static_cast<double>(tags) <= kMaxShare * static_cast<double>(observed);
+}
+
 std::vector<std::size_t> contradicted_sizes(const SceneMap& map) {
-  constexpr std::size_t kMinContradicted = 3;
-  constexpr double kMaxShare =
-      0.25;  // of all tags; if more contradict the map, their sizes are not the cause
   const std::vector<SizeObservations> sizes = observations_by_size(map);
   std::vector<std::size_t> found;
-  double tags = 0;
   for (std::size_t i = 0; i < sizes.size(); ++i) {
-    tags += sizes[i].used + sizes[i].rejected + sizes[i].unconfirmed > 0 ? 1 : 0;
     if (sizes[i].contradict()) found.push_back(i);
   }
-  if (found.size() > kMinContradicted && static_cast<double>(found.size()) > kMaxShare * tags) return {};
+  if (!are_few_tags(found.size(), map)) return {};
   std::ranges::stable_sort(found, std::greater<>{}, [&](std::size_t i) { return sizes[i].share_unused(); });
   return found;
 }
 
 namespace {
 
-/// The corner terms of a tag in frames that show another tag in use.
-std::vector<const CornerTerm*> terms_beside_others(const SceneMap& map, std::size_t size) {
-  std::map<std::pair<PoseIndex, PoseIndex>, std::set<PoseIndex>> tags_in_use;
-  for (const CornerTerm& term : map.problem.bundle.corners) {
-    if (term.used) tags_in_use[{term.rig, term.body}].insert(term.tag);
-  }
-  std::vector<const CornerTerm*> terms;
-  for (const CornerTerm& term : map.problem.bundle.corners) {
-    if (term.size != size || !map.is_placed(term)) continue;
-    const auto others = tags_in_use.find({term.rig, term.body});
-    if (others != tags_in_use.end() && others->second.size() > others->second.count(term.tag))
-      terms.push_back(&term);
-  }
-  return terms;
-}
-
-using Squares = std::vector<std::vector<internal::Hypothesis>>;
-
 /// The factor to the size of a tag with which the distances in all terms lead to one place: the least-squares
 /// solution of place = camera + factor * towards.
 double common_factor(const Bundle& bundle, const std::vector<const CornerTerm*>& terms,
-                     const Squares& squares) {
+                     const TagSquares& squares) {
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();  // of the place and the factor
   Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
   for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -89,48 +71,25 @@ double common_factor(const Bundle& bundle, const std::vector<const CornerTerm*>&
   return information.ldlt().solve(gradient)[3];
 }
 
-/// The votes for the pose of the terms' tag.
-std::vector<internal::Vote<SE3>> votes_for_tag(const Bundle& bundle,
-                                               const std::vector<const CornerTerm*>& terms,
-                                               const Squares& squares) {
-  const Matrix6 known = 1e-4 * Matrix6::Identity();
-  std::vector<internal::Vote<SE3>> votes;
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    std::array<std::vector<internal::Hypothesis>, 4> values;
-    std::array<const std::vector<internal::Hypothesis>*, 4> sets{};
-    for (std::size_t role = 0; role < 4; ++role) {
-      const PoseIndex pose = internal::pose_of(*terms[i], static_cast<internal::Role>(role));
-      values[role] = {{bundle.poses[pose].value, known, 0}};
-      sets[role] = &values[role];
-    }
-    internal::Vote<SE3> vote = internal::vote_for(internal::Role::Tag, sets, squares[i]);
-    if (!vote.empty()) votes.push_back(std::move(vote));
-  }
-  return votes;
-}
-
 }  // namespace
 
 void start_size(SceneMap& map, std::size_t size) {
-  constexpr double kSigmaPx = 0.5;
   constexpr std::size_t kMinTerms = 4;
   constexpr double kMaxFactor = 2;
   Bundle& bundle = map.problem.bundle;
   const std::vector<const CornerTerm*> terms = terms_beside_others(map, size);
   if (terms.size() < kMinTerms) return;
-  Squares squares;
-  for (const CornerTerm* term : terms) squares.push_back(internal::poses_of_square(bundle, *term, kSigmaPx));
+  TagSquares squares = squares_of(bundle, terms);
   const double factor = common_factor(bundle, terms, squares);
   if (!(factor > 1 / kMaxFactor && factor < kMaxFactor)) return;
   for (std::vector<internal::Hypothesis>& both : squares) {
     for (internal::Hypothesis& square : both)
       square.value = SE3(square.value.rotation(), factor * square.value.translation());
   }
-  const auto votes = votes_for_tag(bundle, terms, squares);
-  const auto agreed = internal::agree(votes, internal::kPoseGate);
-  if (!agreed || 2 * static_cast<std::ptrdiff_t>(agreed->votes) < std::ssize(votes)) return;
+  const std::optional<SE3> place = agreed_place(bundle, terms, squares);
+  if (!place) return;
   bundle.sizes[size].log_scale += std::log(factor);
-  bundle.poses[terms.front()->tag].value = agreed->value.mean;
+  bundle.poses[terms.front()->tag].value = *place;
 }
 
 }  // namespace waymark

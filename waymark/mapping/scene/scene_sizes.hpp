@@ -25,8 +25,12 @@ struct SizeObservations {
 /// For each size of the problem.
 [[nodiscard]] std::vector<SizeObservations> observations_by_size(const SceneMap& map);
 
-/// The sizes whose observations contradict them, those with the largest share of unused ones first. Empty if
-/// more than a quarter of the tags are contradicted.
+/// Whether these are at most a quarter of the observed tags, or three. If more contradict the map, the tags
+/// are not the cause.
+[[nodiscard]] bool are_few_tags(std::size_t tags, const SceneMap& map);
+
+/// The sizes whose observations contradict them, those with the largest share of unused ones first. Empty
+/// unless these are few tags.
 [[nodiscard]] std::vector<std::size_t> contradicted_sizes(const SceneMap& map);
 
 /// Estimates the size and the pose of a tag from frames whose poses other tags determine. The tag's distance

@@ -75,7 +75,8 @@ Bundle without_terms(const Bundle& all) {
   return {.cameras = all.cameras,
           .intrinsics = all.intrinsics,
           .poses = all.poses,
-          .odometry_scales = all.odometry_scales};
+          .odometry_scales = all.odometry_scales,
+          .sizes = all.sizes};
 }
 
 /// The measurements in stretch `which` and the priors on its poses; if `which` is -1, the priors on poses in

@@ -99,7 +99,7 @@ ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSear
   std::vector<std::size_t> settled;  // released, or with another cause
   const auto is_free = [](const BundleSize& size) { return size.sigma > 0; };
   if (std::ranges::none_of(bundle.sizes, is_free)) return result;
-  constexpr int kMaxOtherCauses = 6;  // limits the time if something else is wrong
+  constexpr int kMaxOtherCauses = 4;  // limits the time if something else is wrong
   int other_causes = 0;
   std::vector<SizeEstimate> estimates;
   while (true) {
