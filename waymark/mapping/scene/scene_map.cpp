@@ -1,7 +1,6 @@
 #include "waymark/mapping/scene/scene_map.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -136,7 +135,7 @@ class Search {
     };
     const auto other_cause = [&](std::size_t size, const Bundle& before) {
       if (!goes_on()) return false;
-      if (!fits_like_others(size)) {
+      if (!fits_like_others(bundle, chi2_of_corners(), observations_by_size(map_)[size], size)) {
         bundle = before;
         return true;
       }
@@ -149,31 +148,6 @@ class Search {
     if (!loosened_prior_) return;
     bundle.priors = priors;
     adjust_until_stable();
-  }
-
-  /// Whether the observations of a tag agree with the map as well as those of other tags. If a tag was moved,
-  /// or two tags have its number, another size explains only some of its observations.
-  [[nodiscard]] bool fits_like_others(std::size_t size) const {
-    constexpr int kMinUsed = 4;
-    constexpr double kMaxRejectedShare = 0.05;
-    constexpr double kMaxRatio = 1.25;
-    constexpr double kSigmas = 3;
-    const Bundle& bundle = map_.problem.bundle;
-    const std::vector<double> chi2 = chi2_of_corners();
-    std::array<double, 2> sum{};  // of other tags, of this one
-    std::array<double, 2> count{};
-    for (std::size_t i = 0; i < chi2.size(); ++i) {
-      if (!bundle.corners[i].used) continue;
-      const std::size_t own = bundle.corners[i].size == size ? 1 : 0;
-      sum.at(own) += chi2[i];
-      ++count.at(own);
-    }
-    const SizeObservations observations = observations_by_size(map_)[size];
-    if (observations.used < kMinUsed || count[0] == 0) return false;
-    const double ratio = sum[1] / count[1] / (sum[0] / count[0]);
-    return observations.share_unused() <= kMaxRejectedShare + 1.0 / observations.used &&
-           ratio <
-               kMaxRatio + kSigmas / std::sqrt(4 * count[1]);  // chi-square with 8 degrees of freedom each
   }
 
   /// The cost of a map, with the limit at which observations are rejected for those that are.

@@ -7,6 +7,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/mapping/scene/scene_bundle.hpp"
 #include "waymark/mapping/solver/map_search.hpp"
+#include "waymark/mapping/solver/tag_sizes.hpp"
 
 namespace waymark {
 
@@ -62,14 +63,6 @@ struct SceneCut {
 struct CorrectedId {
   std::size_t frame = 0;
   TagId read{}, is{};
-};
-
-/// A tag whose given size contradicts the observations.
-struct WrongSize {
-  TagId tag{};
-  double given_m = 0;
-  double found_m = 0, sigma_m = 0;  ///< from the observations
-  double deviations = 0;            ///< of the given size, in standard deviations
 };
 
 /// Given and estimated parameters of a camera.

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -15,38 +14,12 @@
 
 namespace waymark {
 
-bool SizeObservations::contradict() const {
-  constexpr double kMaxRejectedShare = 0.3;
-  constexpr double kMaxUnusedShare = 0.5;
-  constexpr int kMinRejected = 4;
-  return rejected + unconfirmed >= kMinRejected &&
-         (rejected > kMaxRejectedShare * (used + rejected) || share_unused() > kMaxUnusedShare);
-}
-
 std::vector<SizeObservations> observations_by_size(const SceneMap& map) {
-  std::vector<SizeObservations> sizes(map.problem.bundle.sizes.size());
-  for (const CornerTerm& term : map.problem.bundle.corners) {
-    if (!term.size || !map.is_placed(term)) continue;
-    SizeObservations& of_tag = sizes[*term.size];
-    ++(term.used ? of_tag.used : term.unconfirmed ? of_tag.unconfirmed : of_tag.rejected);
-  }
-  return sizes;
+  return observations_by_size(map.problem.bundle, map.placed);
 }
 
 std::vector<std::size_t> contradicted_sizes(const SceneMap& map) {
-  constexpr std::size_t kMinContradicted = 3;
-  constexpr double kMaxShare =
-      0.25;  // of all tags; if more contradict the map, their sizes are not the cause
-  const std::vector<SizeObservations> sizes = observations_by_size(map);
-  std::vector<std::size_t> found;
-  double tags = 0;
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    tags += sizes[i].used + sizes[i].rejected + sizes[i].unconfirmed > 0 ? 1 : 0;
-    if (sizes[i].contradict()) found.push_back(i);
-  }
-  if (found.size() > kMinContradicted && static_cast<double>(found.size()) > kMaxShare * tags) return {};
-  std::ranges::stable_sort(found, std::greater<>{}, [&](std::size_t i) { return sizes[i].share_unused(); });
-  return found;
+  return contradicted_sizes(observations_by_size(map));
 }
 
 namespace {

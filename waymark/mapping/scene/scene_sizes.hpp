@@ -1,26 +1,13 @@
 #pragma once
 
-#include <algorithm>
+#include <cstddef>
 #include <vector>
 
 #include "waymark/mapping/scene/scene_map.hpp"
+#include "waymark/mapping/solver/tag_sizes.hpp"
 
 /// Tags of a scene whose observations contradict their given size.
 namespace waymark {
-
-/// The number of observations of a tag, by their use.
-struct SizeObservations {
-  int used = 0;
-  int rejected = 0;
-  int unconfirmed =
-      0;  ///< and not used; with a wrong size, only those at similar distances confirm each other
-
-  [[nodiscard]] double share_unused() const {
-    return (rejected + unconfirmed) / std::max(1.0, 1.0 * used + rejected + unconfirmed);
-  }
-  /// Whether so many are not used that the tag itself is the cause.
-  [[nodiscard]] bool contradict() const;
-};
 
 /// For each size of the problem.
 [[nodiscard]] std::vector<SizeObservations> observations_by_size(const SceneMap& map);

@@ -1,6 +1,7 @@
 #include "waymark/mapping/solver/tag_sizes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -135,6 +136,72 @@ ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSear
   }
   if (!settled.empty()) search.adjust(result.released);
   return result;
+}
+
+bool SizeObservations::contradict() const {
+  constexpr double kMaxRejectedShare = 0.3;
+  constexpr double kMaxUnusedShare = 0.5;
+  constexpr int kMinRejected = 4;
+  return rejected + unconfirmed >= kMinRejected &&
+         (rejected > kMaxRejectedShare * (used + rejected) || share_unused() > kMaxUnusedShare);
+}
+
+std::vector<SizeObservations> observations_by_size(const Bundle& bundle, const std::vector<char>& placed) {
+  const auto counts = [&](const CornerTerm& term) {
+    return term.size && (placed.empty() || (placed[term.rig] != 0 && placed[term.cam] != 0 &&
+                                            placed[term.body] != 0 && placed[term.tag] != 0));
+  };
+  std::vector<SizeObservations> sizes(bundle.sizes.size());
+  for (const CornerTerm& term : bundle.corners) {
+    if (!counts(term)) continue;
+    SizeObservations& of_tag = sizes[*term.size];
+    ++(term.used ? of_tag.used : term.unconfirmed ? of_tag.unconfirmed : of_tag.rejected);
+  }
+  return sizes;
+}
+
+std::vector<std::size_t> contradicted_sizes(const std::vector<SizeObservations>& observations) {
+  constexpr std::size_t kMinContradicted = 3;
+  constexpr double kMaxShare =
+      0.25;  // of all tags; if more contradict the map, their sizes are not the cause
+  std::vector<std::size_t> found;
+  double tags = 0;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    tags += observations[i].all() > 0 ? 1 : 0;
+    if (observations[i].contradict()) found.push_back(i);
+  }
+  if (found.size() > kMinContradicted && static_cast<double>(found.size()) > kMaxShare * tags) return {};
+  std::ranges::stable_sort(found, std::greater<>{},
+                           [&](std::size_t i) { return observations[i].share_unused(); });
+  return found;
+}
+
+bool fits_like_others(const Bundle& bundle, const std::vector<double>& chi2,
+                      const SizeObservations& observations, std::size_t size) {
+  constexpr int kMinUsed = 4;
+  constexpr double kMaxRejectedShare = 0.05;
+  constexpr double kMaxRatio = 1.25;
+  constexpr double kSigmas = 3;
+  std::array<double, 2> sum{};  // of other tags, of this one
+  std::array<double, 2> count{};
+  for (std::size_t i = 0; i < chi2.size(); ++i) {
+    if (!bundle.corners[i].used) continue;
+    const std::size_t own = bundle.corners[i].size == size ? 1 : 0;
+    sum.at(own) += chi2[i];
+    ++count.at(own);
+  }
+  if (observations.used < kMinUsed || count[0] == 0) return false;
+  const double ratio = sum[1] / count[1] / (sum[0] / count[0]);
+  return observations.share_unused() <= kMaxRejectedShare + 1.0 / observations.used &&
+         ratio < kMaxRatio + kSigmas / std::sqrt(4 * count[1]);  // chi-square with 8 degrees of freedom each
+}
+
+std::optional<WrongSize> wrong_size(const TagId& tag, double given_m, std::size_t size, const Bundle& bundle,
+                                    const std::vector<SizeEstimate>& estimates, double spread) {
+  const auto estimate = std::ranges::find(estimates, size, &SizeEstimate::size);
+  if (estimate == estimates.end()) return std::nullopt;
+  const double found_m = given_m * std::exp(bundle.sizes[size].log_scale);
+  return WrongSize{tag, given_m, found_m, estimate->sigma * found_m, deviations(*estimate, spread)};
 }
 
 }  // namespace waymark
