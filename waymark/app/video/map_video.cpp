@@ -331,7 +331,6 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
   Result<SceneMap> map = map_scene(*scene, recording,
                                    {.search = job.search,
                                     .correlated_noise = true,
-                                    .tag_size_sigma_percent = job.tag_size_sigma_percent,
                                     .size_sigma = relative_size_sigma(job)},
                                    progress);
   if (control.cancelled())

@@ -120,7 +120,7 @@ class Search {
 
   /// Estimates the spread of printed sizes, and the sizes that the observations contradict.
   void release_wrong_sizes() {
-    if (!(options_.tag_size_sigma_percent > 0) || !goes_on()) return;
+    if (!(options_.search.tag_size_sigma_percent > 0) || !goes_on()) return;
     count_correlated();
     Bundle& bundle = map_.problem.bundle;
     const std::vector<PriorTerm> priors = bundle.priors;
@@ -451,7 +451,7 @@ Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recordin
   if (!problem) return tl::unexpected(problem.error());
   map.problem = std::move(*problem);
   if (options.model == SceneModel::Waymark) {
-    map.size_spread = map.assumed_size_spread = options.tag_size_sigma_percent / 100;
+    map.size_spread = map.assumed_size_spread = options.search.tag_size_sigma_percent / 100;
     for (BundleSize& size : map.problem.bundle.sizes) size.sigma = map.assumed_size_spread;
   }
   Search search(recording, options, progress, map);
