@@ -167,7 +167,7 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                  .more_cameras = setup.more_cameras};
   Result<BundleMap> map = map_by_bundle(input, options.chain, options.bundle, progress);
   if (!map) return tl::unexpected(map.error());
-  for (const WrongSize& wrong : map->wrong_sizes) input.sizes.size_by_tag_m[wrong.tag] = wrong.found_m;
+  input.sizes = found_sizes(setup.sizes, *map);
   return MappedLap{.map = map->map,
                    .observations = map->observations,
                    .trajectory = map->trajectory,

@@ -354,6 +354,11 @@ void reject(const TagFrame& frame, std::size_t detection, BundleMap& result) {
 
 }  // namespace
 
+TagSizes found_sizes(TagSizes given, const BundleMap& map) {
+  for (const WrongSize& wrong : map.wrong_sizes) given.size_by_tag_m[wrong.tag] = wrong.found_m;
+  return given;
+}
+
 Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain_options,
                                 const BundleMapOptions& options, const MapProgress& asked) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());

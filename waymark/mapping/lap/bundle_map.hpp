@@ -81,6 +81,10 @@ struct BundleMap {
   BundleSummary summary{};
 };
 
+/// The given sizes, except for tags whose given size contradicts the observations: these have the size that
+/// was found. Checks of a map use these sizes.
+[[nodiscard]] TagSizes found_sizes(TagSizes given, const BundleMap& map);
+
 /// Estimates the tags and the trajectory that best explain all corners, odometry and the floor (maximum
 /// likelihood). The search starts from the teach chain and uses a robust loss to find outliers. It then
 /// rejects these and finishes without the robust loss, so that the covariance is consistent. The anchor is

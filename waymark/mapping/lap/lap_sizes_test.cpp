@@ -92,7 +92,7 @@ TEST(LapSizes, AnotherWrongSizeIsFoundAndNoOtherTagIsReported) {
                   .norm(),
               0.01);
     LapInput found = drive.lap;
-    found.sizes.size_by_tag_m[ring_tag(5)] = map.wrong_sizes[0].found_m;
+    found.sizes = found_sizes(drive.lap.sizes, map);
     const std::vector<std::string> warnings = check_map(found, map);
     ASSERT_FALSE(warnings.empty());
     EXPECT_THAT(warnings[0], HasSubstr("tag36h11:5: its observations fit a side of"));
