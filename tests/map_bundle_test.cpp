@@ -25,7 +25,7 @@ TEST(BundleMap, ReachesTheCramerRaoBoundConsistently) {
   Score trajectory;
   for (int seed = 1; seed <= laps; ++seed) {
     const Lap lap = drive(static_cast<std::uint64_t>(seed));
-    const BundleMap map = map_of(lap.input);
+    const BundleMap map = map_of(lap.input, exact_sizes());
     ASSERT_EQ(map.map.tags.size(), circuit().tags.tags.size());
     for (const auto& [id, tag] : map.map.tags) {
       if (!tag.covariance) continue;  // the anchor

@@ -39,9 +39,9 @@ TEST(MapExtension, ASecondLapImprovesTheMapConsistently) {
   double after = 0;
   Score score;
   for (int i = 0; i < pairs; ++i) {
-    const BundleMap first = map_of(drive(static_cast<std::uint64_t>(101 + 2 * i)).input);
+    const BundleMap first = map_of(drive(static_cast<std::uint64_t>(101 + 2 * i)).input, exact_sizes());
     const BundleMap second =
-        map_of(extending(drive(static_cast<std::uint64_t>(102 + 2 * i)).input, first.map));
+        map_of(extending(drive(static_cast<std::uint64_t>(102 + 2 * i)).input, first.map), exact_sizes());
     EXPECT_EQ(second.prior_agreeing, 24);
     EXPECT_TRUE(second.prior_warnings.empty());
     before += std::pow(rmse(first.map), 2) / pairs;

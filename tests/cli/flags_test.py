@@ -130,7 +130,7 @@ WITHOUT_EFFECT = {
     **{("calibrate guided", flag): f"{NEEDS['calibrate guided']} {flag} {value}" for flag, value in SERVED.items()},
     # The page of `view` has no --view, so its flags always have an effect; so do flags that only one sub-verb has.
     **{("view", flag): "" for flag in SERVED},
-    **{("map video", flag): "" for flag in ("--camera-name", "--camera-size", "--readout-ms", "--tag-size-sigma-m", "--tag-size-sigma-percent", "--distance",
+    **{("map video", flag): "" for flag in ("--camera-name", "--camera-size", "--readout-ms", "--tag-size-sigma-m", "--distance",
                                             "--upright", "--floor", "--plane")},
     **{("map scene", flag): "" for flag in ("--model", "--against")}}
 

@@ -51,8 +51,15 @@ class Map(WithLap):
         self.assertEqual((outcome.code, outcome.err), (0, ""))
         self.assertLess(outcome.records[0]["tag_max_m"], 0.02)
         self.assertEqual((self.folder / "sizes/map.yaml").read_text().count("size_m: 0.12"), 1)
-        wrong = self.run_here("map", "sizes.mcap", "-o", "wrong", "--json", "--tag-size-m", "0.16", "--tag-size-m", "5=0.16")
+        by_hand = ("map", "sizes.mcap", "--json", "--tag-size-m", "0.16", "--tag-size-m", "5=0.16")
+        wrong = self.run_here(*by_hand, "-o", "wrong", "--tag-size-sigma-percent", "0")
         self.assertGreater(wrong.records[0]["tag_max_m"], 0.1, "a size given by hand overrides the recording")
+        found = self.run_here(*by_hand, "-o", "found")
+        self.assertIn("tag36h11:5: its observations fit a side of 0.12", found.err)
+        self.assertEqual([(size["tag"], size["given_m"]) for size in found.records[0]["wrong_sizes"]], [("tag36h11:5", 0.16)])
+        self.assertAlmostEqual(found.records[0]["wrong_sizes"][0]["found_m"], 0.12, delta=0.003 * 0.12)
+        self.assertLess(found.records[0]["tag_max_m"], 0.02)
+        self.assertEqual((self.folder / "found/map.yaml").read_text().count("size_m: 0.12"), 1)
 
     def test_an_older_map_is_kept(self):
         shutil.copytree(made(*MAP) / "map", self.folder / "twice")

@@ -60,11 +60,15 @@ inline Lap drive(std::uint64_t seed, const DriverOptions& driver = {}, const Wor
   return lap;
 }
 
-inline BundleMap map_of(const LapInput& lap) {
-  auto map = map_by_bundle(lap);
+inline BundleMap map_of(const LapInput& lap, const BundleMapOptions& options = {}) {
+  auto map = map_by_bundle(lap, {}, options);
   EXPECT_TRUE(map) << to_string(map.error());
   return map ? std::move(*map) : BundleMap{};
 }
+
+/// The sizes of simulated tags are exact. Only with this option is the covariance of a map the bound of its
+/// errors.
+inline BundleMapOptions exact_sizes() { return {.search = {.tag_size_sigma_percent = 0}}; }
 
 inline Eigen::Matrix3d position_covariance(const SE3& map_T_x, const Matrix6& covariance) {
   return coordinate_covariance(Uncertain<SE3>{map_T_x, covariance}).topLeftCorner<3, 3>();

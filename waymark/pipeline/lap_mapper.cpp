@@ -155,18 +155,19 @@ Result<MappedLap> by_chain(const TaughtLap& taught, const TeachSetup& setup, con
 /// Maps by bundle adjustment over all measurements.
 Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options,
                             const MapProgress& progress) {
-  const LapInput input{.frames = taught.frames,
-                       .odometry = taught.odometry,
-                       .camera = setup.camera,
-                       .base_T_cam = setup.base_T_cam,
-                       .sizes = setup.sizes,
-                       .anchor = setup.anchor,
-                       .map_T_anchor = setup.map_T_anchor,
-                       .imu = taught.imu,
-                       .prior = options.prior,
-                       .more_cameras = setup.more_cameras};
+  LapInput input{.frames = taught.frames,
+                 .odometry = taught.odometry,
+                 .camera = setup.camera,
+                 .base_T_cam = setup.base_T_cam,
+                 .sizes = setup.sizes,
+                 .anchor = setup.anchor,
+                 .map_T_anchor = setup.map_T_anchor,
+                 .imu = taught.imu,
+                 .prior = options.prior,
+                 .more_cameras = setup.more_cameras};
   Result<BundleMap> map = map_by_bundle(input, options.chain, options.bundle, progress);
   if (!map) return tl::unexpected(map.error());
+  input.sizes = found_sizes(setup.sizes, *map);
   return MappedLap{.map = map->map,
                    .observations = map->observations,
                    .trajectory = map->trajectory,
@@ -178,6 +179,8 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .iterations = map->summary.iterations,
                                            .rms_px = map->rms_px,
                                            .noise_ratio = map->noise_ratio,
+                                           .wrong_sizes = map->wrong_sizes,
+                                           .size_spread = map->size_spread,
                                            .correlated_frames = map->correlated_frames,
                                            .rejected = map->rejected.size(),
                                            .left_out = rejections_by_tag(input, *map),

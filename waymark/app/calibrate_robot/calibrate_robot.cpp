@@ -132,7 +132,7 @@ bool can_calibrate_by_lap(const LocalizeJob& job, const JobControl& control) {
 
 Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double from_s, double to_s,
                                               const JobControl& control) {
-  const Result<LapInput> lap = lap_input(job, from_s, to_s, control);
+  Result<LapInput> lap = lap_input(job, from_s, to_s, control);
   if (!lap) return tl::unexpected(lap.error());
   const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
     control.progress({fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost)});
@@ -140,6 +140,7 @@ Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double fro
   };
   Result<LapCalibration> found = calibrate_by_lap(*lap, {}, progress);
   if (found) {
+    lap->sizes = found_sizes(lap->sizes, found->map);
     for (const std::string& warning : check_map(*lap, found->map)) control.note("warning: " + warning);
   }
   return found;

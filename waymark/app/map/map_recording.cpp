@@ -1,4 +1,5 @@
 #include "waymark/app/map/map_recording.hpp"
+#include "waymark/app/common/wrong_size_fields.hpp"
 
 #include <algorithm>
 #include <array>
@@ -611,6 +612,10 @@ ReportFields fields(const MapReport& report) {
        part(bundle, &BundleFigures::noise_ratio)},
       {"correlated_images", "Successive images that count as one, as corner errors are correlated",
        part(bundle, &BundleFigures::correlated_frames)},
+      {"wrong_sizes", "Tags whose given size contradicts the observations; the map has the size found",
+       part(bundle, &BundleFigures::wrong_sizes)},
+      {"size_spread_percent", "Standard deviation of the other printed sizes, in percent of the given sizes",
+       part(bundle, [](const BundleFigures& b) { return 100 * b.size_spread; })},
       {"observations_rejected", "Observations rejected as outliers", part(bundle, &BundleFigures::rejected)},
       {"observations_rejected_by_tag",
        "Counts for each tag with rejected observations: used, elsewhere, other_pose, inexact_corners, "

@@ -225,7 +225,7 @@ Status check(const MapSceneJob& job) {
   if (job.options.free_intrinsics)
     return fail(ErrorCode::InvalidArgument, "in TagSLAM's model the intrinsics are fixed",
                 {.key = "free_intrinsics"}, "Omit `free_intrinsics` or `model=tagslam`.");
-  if (job.options.tag_size_sigma_percent != SceneMapOptions().tag_size_sigma_percent)
+  if (job.options.search.tag_size_sigma_percent != SearchOptions().tag_size_sigma_percent)
     return fail(ErrorCode::InvalidArgument, "in TagSLAM's model the sizes of tags are exact",
                 {.key = "tag_size_sigma_percent"}, "Omit `tag_size_sigma_percent` or `model=tagslam`.");
   return {};

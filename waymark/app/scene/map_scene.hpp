@@ -38,14 +38,6 @@ struct MapSceneJob {
           JobField("free_intrinsics",
                    "Estimate the intrinsics as well. Standard deviations from the given values: 1 % for "
                    "focal lengths and principal point, 0.05 for distortion k, and 0.005 for p"));
-    visit(
-        self.options.tag_size_sigma_percent,
-        JobField("tag_size_sigma_percent NUMBER",
-                 "Standard deviation of the printed size of each tag, in percent of its given size; 0: sizes "
-                 "are exact. Half a millimetre of 16 cm is 0.3 %. A size that the observations contradict is "
-                 "estimated and reported",
-                 0.0, 20.0)
-            .less());
     visit(self.against, JobField("against FOLDER",
                                  "Folder with another solution (ref_static.csv, ref_trajectory.csv) whose "
                                  "cost is printed; both solutions then use only its frames and tags"));

@@ -54,7 +54,6 @@ struct MapVideoJob {
   /// Standard deviation of the default size. All tags are assumed to have the same relative error, because
   /// they were printed on the same printer.
   double tag_size_sigma_m = 0.0005;
-  double tag_size_sigma_percent = 0.3;
   /// By default, all observed tags in `prior` if prior_sigma_m or prior_sigma_deg is set; otherwise the tag
   /// with the most observations (among those in `prior`, if any). If several anchors are set, their poses
   /// must be in `prior`.
@@ -90,13 +89,6 @@ struct MapVideoJob {
                                           "tags; it is included in the map covariance",
                                           0.0, 1.0)
                                      .less());
-    visit(
-        self.tag_size_sigma_percent,
-        JobField("tag_size_sigma_percent NUMBER",
-                 "Standard deviation of the printed size of each tag, in percent of its given size; 0: sizes "
-                 "are exact. A size that the observations contradict is estimated and reported",
-                 0.0, 20.0)
-            .less());
     visit(self.prior_sigma_m, JobField("prior_sigma_m NUMBER",
                                        "Standard deviation of the tag positions in the older map [m]; all "
                                        "its tags then define the map frame",

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "waymark/mapping/lap/lap_sizes.hpp"
 #include "waymark/mapping/lap/lost_poses.hpp"
 #include "waymark/mapping/lap/mounting.hpp"
 #include "waymark/mapping/lap/noise.hpp"
@@ -34,6 +35,16 @@ bool gate_observations(Bundle& bundle, double gate) {
   return changed;
 }
 
+/// The redundancy of the corner terms if sizes are exact. Each size is only one of the many unknowns that the
+/// observations of a tag determine, but it correlates the poses that redundancy_of() regards as independent.
+std::vector<double> redundancy_of_corners(LapBundle& lap) {
+  const std::vector<BundleSize> sizes = lap.bundle.sizes;
+  for (BundleSize& size : lap.bundle.sizes) size.sigma = 0;
+  std::vector<double> redundancy = internal::redundancy_of(lap);
+  lap.bundle.sizes = sizes;
+  return redundancy;
+}
+
 /// Repeats noise estimation and outlier rejection until neither result changes.
 void adjust_until_stable(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
                          BundleMap& result) {
@@ -41,12 +52,15 @@ void adjust_until_stable(LapBundle& lap, const BundleMapOptions& options, const 
   std::vector<double> redundancy;  // nearly constant from round to round
   for (int round = 0; round < kRounds && result.summary.usable(); ++round) {
     if (options.estimate_noise) {
-      if (redundancy.empty()) redundancy = internal::redundancy_of(lap);
-      const double ratio = internal::noise_ratio(corner_chi2(lap.bundle), redundancy);
+      if (redundancy.empty()) redundancy = redundancy_of_corners(lap);
+      std::vector<double> chi2 = corner_chi2(lap.bundle);
+      for (double& x : chi2) x *= result.correlated_frames;
+      const double ratio = internal::noise_ratio(chi2, redundancy);
       internal::scale_noise(lap.bundle, ratio);
       result.noise_ratio *= ratio;
     }
-    const bool changed = gate_observations(lap.bundle, options.search.outlier_chi2);
+    const bool changed =
+        gate_observations(lap.bundle, options.search.outlier_chi2 / result.correlated_frames);
     if (!changed && round > 0) break;
     result.summary = solve(lap.bundle, search, progress);
   }
@@ -57,21 +71,54 @@ BundleProgress progress_of(const MapProgress& progress, const char* name) {
   return [&progress, name](int iteration, double cost) { return progress(name, iteration, cost); };
 }
 
-/// Optimises until neither the set of observations in use nor the noise changes.
-void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
-              const MapProgress& progress, BundleMap& result) {
+/// Gives observations the weight that corner errors of a tag which persist from image to image leave them.
+void weigh_images(double correlated_frames, LapBundle& lap, BundleMap& result) {
+  internal::scale_noise(lap.bundle, std::sqrt(correlated_frames / result.correlated_frames));
+  result.correlated_frames = correlated_frames;
+}
+
+/// Estimates the spread of printed sizes, and the sizes that the observations contradict. Returns those.
+std::vector<std::size_t> find_wrong_sizes(LapBundle& lap, const BundleMapOptions& options,
+                                          const BundleProgress& progress, BundleMap& result) {
+  constexpr double kRoughGain = 1e-4;
+  if (!(result.assumed_size_spread > 0) || !result.summary.usable()) return {};
+  const auto find = [&](double robust_chi2) {
+    if (!result.summary.usable()) return;
+    result.summary = solve(lap.bundle, {options.search.max_iterations, kRoughGain, robust_chi2}, progress);
+  };
+  if (options.estimate_noise) weigh_images(internal::correlated_frames_of(lap), lap, result);
+  if (result.correlated_frames > 1) find(0);
+  const ReleasedSizes sizes =
+      internal::release_wrong_sizes(lap, result.assumed_size_spread,
+                                    {.find = find,
+                                     .adjust = [&] { adjust_until_stable(lap, options, progress, result); },
+                                     .robust_chi2 = options.search.robust_chi2,
+                                     .noise_ratio = result.noise_ratio});
+  result.size_spread = sizes.spread;
+  lap.size_sigma = sizes.spread;
+  weigh_images(1, lap, result);
+  const BundleOptions search{.max_iterations = options.search.max_iterations};
+  if (result.summary.usable()) result.summary = solve(lap.bundle, search, progress);
+  return sizes.released;
+}
+
+/// Optimises until neither the set of observations in use nor the noise changes. Returns the sizes that the
+/// observations contradict.
+std::vector<std::size_t> optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
+                                  const MapProgress& progress, BundleMap& result) {
   constexpr double kRoughGain = 1e-5;  // sufficient to find outliers
   const BundleOptions search{options.search.max_iterations, kRoughGain, options.search.robust_chi2};
   const BundleProgress looking = progress_of(progress, "rejecting outliers");
   result.summary = solve(lap.bundle, search, looking);
-  if (!result.summary.usable()) return;
+  if (!result.summary.usable()) return {};
   const bool frames = internal::reinitialise_lost_frames(input, options, lap);
   const bool tags = internal::reinitialise_lost_tags(input, options, lap);
   if (internal::place_unconnected(input, options, lap, result.unconnected) || frames || tags)
     result.summary = solve(lap.bundle, search, looking);
-  if (!result.summary.usable()) return;
+  if (!result.summary.usable()) return {};
   internal::repair_trajectory_jumps(input, options, search, looking, lap, result.summary);
   adjust_until_stable(lap, options, progress_of(progress, "adjusting"), result);
+  return find_wrong_sizes(lap, options, progress_of(progress, "estimating printed sizes"), result);
 }
 
 /// Aligns the lap with the prior map and adjusts the two together.
@@ -120,13 +167,11 @@ void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const Ma
   result.mounting = estimate_mounting(lap, steps, report_progress, assumption);
 }
 
-/// Reduces the weight of observations so that several images count as one, because corner errors of a tag
-/// persist from image to image.
+/// Reduces the weight of observations so that several images count as one.
 void weigh_lasting_errors(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
                           BundleMap& result) {
   if (!options.estimate_noise) return;
-  result.correlated_frames = internal::correlated_frames_of(lap);
-  internal::scale_noise(lap.bundle, std::sqrt(result.correlated_frames));
+  weigh_images(internal::correlated_frames_of(lap), lap, result);
   result.summary = solve(lap.bundle, {.max_iterations = options.search.max_iterations}, progress);
 }
 
@@ -141,6 +186,17 @@ void keep_unobserved_tags(const LapInput& input, const LapBundle& lap, const int
     result.map.tags[id] = tag;
     result.observations[id] = 0;
     std::erase(result.unconnected, id);
+  }
+}
+
+void list_wrong_sizes(const LapInput& input, const LapBundle& lap, const BundleCovariance& P,
+                      const std::vector<std::size_t>& released, BundleMap& result) {
+  const std::vector<SizeEstimate> estimates = size_estimates(lap.bundle, P);
+  const double spread = std::max(result.size_spread, result.assumed_size_spread);
+  for (const auto& [id, size] : lap.sizes) {
+    if (std::ranges::find(released, size) == released.end()) continue;
+    const auto wrong = wrong_size(id, *input.sizes.size_m(id), size, lap.bundle, estimates, spread);
+    if (wrong) result.wrong_sizes.push_back(*wrong);
   }
 }
 
@@ -298,6 +354,11 @@ void reject(const TagFrame& frame, std::size_t detection, BundleMap& result) {
 
 }  // namespace
 
+TagSizes found_sizes(TagSizes given, const BundleMap& map) {
+  for (const WrongSize& wrong : map.wrong_sizes) given.size_by_tag_m[wrong.tag] = wrong.found_m;
+  return given;
+}
+
 Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain_options,
                                 const BundleMapOptions& options, const MapProgress& asked) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
@@ -325,10 +386,12 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   LapBundle lap = lap_bundle(input, *start, options.model);
   BundleMap result{
       .start_map = start->map, .start_trajectory = start->trajectory, .unconnected = start->unconnected};
+  result.assumed_size_spread = result.size_spread = options.search.tag_size_sigma_percent / 100;
+  free_sizes(result.assumed_size_spread, lap);
   disable_unconfirmed(unconfirmed, lap);
   const std::set<TagId> without_confirmed = tags_without_confirmed_observation(input, unconfirmed, *start);
   result.unconnected.insert(result.unconnected.end(), without_confirmed.begin(), without_confirmed.end());
-  optimise(input, lap, options, progress, result);
+  const std::vector<std::size_t> released = optimise(input, lap, options, progress, result);
   std::erase_if(result.unconnected, [&](const TagId& tag) {
     if (without_confirmed.contains(tag)) result.unconfirmed.push_back(tag);
     return without_confirmed.contains(tag);
@@ -353,11 +416,16 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
 
   const internal::TiePairs pairs = internal::pairs_to_tie(input, lap, tied);
   const BundleCovariance P = covariance(lap.bundle, pairs.poses);
+  list_wrong_sizes(input, lap, P, released, result);
   read_tags(input, lap, P, *start, result);
   if (tied) keep_unobserved_tags(input, lap, *tied, P, result);
   internal::tie_tags(pairs.tags, P.pairs, result.map);
   result.map.floor = floor_of(lap, P);
   read_observations(input, lap, result);
+  for (const WrongSize& wrong : result.wrong_sizes) {
+    const auto tag = result.map.tags.find(wrong.tag);
+    if (tag != result.map.tags.end()) tag->second.size_m = wrong.found_m;
+  }
   for (const auto& [frame, detection] : second) reject(given.frames[frame], detection, result);
   for (const auto& [frame, detection] : unconfirmed) {
     const TagId& tag = input.frames[frame].detections[detection].tag;

@@ -10,6 +10,7 @@
 #include "waymark/mapping/lap/mounting.hpp"
 #include "waymark/mapping/lap/noise.hpp"
 #include "waymark/mapping/solver/map_search.hpp"
+#include "waymark/mapping/solver/tag_sizes.hpp"
 
 namespace waymark {
 
@@ -58,8 +59,11 @@ struct BundleMap {
   /// No two of their observations agree, so their ids are probably misread.
   std::vector<TagId> unconfirmed{};
   int frames_without_pose = 0;
-  double noise_ratio = 1;        ///< estimated corner noise relative to the detector's covariances
-  double correlated_frames = 1;  ///< this many images count as one because corner errors persist
+  double noise_ratio = 1;                ///< estimated corner noise relative to the detector's covariances
+  std::vector<WrongSize> wrong_sizes{};  ///< their tags are in the map with the size that was found
+  double assumed_size_spread = 0;        ///< SearchOptions::tag_size_sigma_percent as a share
+  double size_spread = 0;                ///< relative standard deviation of the other printed sizes
+  double correlated_frames = 1;          ///< this many images count as one because corner errors persist
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations of the scales; 0 without odometry
   std::optional<TurnNoise> turn_noise{};       ///< noise of the odometry as recorded
@@ -76,6 +80,10 @@ struct BundleMap {
   int prior_agreeing = 0;  ///< number of tags that are at their pose in the prior map
   BundleSummary summary{};
 };
+
+/// The given sizes, except for tags whose given size contradicts the observations: these have the size that
+/// was found. Checks of a map use these sizes.
+[[nodiscard]] TagSizes found_sizes(TagSizes given, const BundleMap& map);
 
 /// Estimates the tags and the trajectory that best explain all corners, odometry and the floor (maximum
 /// likelihood). The search starts from the teach chain and uses a robust loss to find outliers. It then

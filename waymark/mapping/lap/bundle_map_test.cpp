@@ -21,8 +21,8 @@ test::Warehouse aisle(std::uint64_t seed) {
       {.tags = kTags, .aisle_m = 3.5, .frame_m = 0.06, .farthest_m = 4, .seed = seed});
 }
 
-BundleMap mapped(const LapInput& lap) {
-  auto map = map_by_bundle(lap);
+BundleMap mapped(const LapInput& lap, const BundleMapOptions& options = {}) {
+  auto map = map_by_bundle(lap, {}, options);
   EXPECT_TRUE(map) << to_string(map.error());
   return map ? std::move(*map) : BundleMap();
 }
@@ -40,7 +40,7 @@ TEST(LapLaws, EstimatesTagsWithConsistentCovariance) {
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const test::Warehouse house = aisle(seed);
-    const BundleMap map = mapped(house.lap);
+    const BundleMap map = mapped(house.lap, {.search = {.tag_size_sigma_percent = 0}});
     ASSERT_EQ(map.map.tags.size(), kTags);
     EXPECT_LT(worst_m(house, map), 0.06) << seed;
     EXPECT_EQ(map.trajectory.size(), house.path.size());

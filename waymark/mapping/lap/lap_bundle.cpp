@@ -110,6 +110,12 @@ bool triggered_together(const TagFrame& a, const TagFrame& b) {
   return a.stamp == b.stamp && a.camera != b.camera;
 }
 
+void add_tag_pose(const TagId& tag, const SE3& map_T_tag, bool fixed, LapBundle& result) {
+  result.tags[tag] = result.bundle.add(map_T_tag, fixed);
+  result.sizes[tag] = result.bundle.sizes.size();
+  result.bundle.sizes.push_back({.sigma = result.size_sigma});
+}
+
 /// Adds a term for an observation of a placed tag in a placed frame.
 void add_corners(const LapInput& lap, const LapModelOptions& options,
                  const LapBundle::Observation& observation, LapBundle& result) {
@@ -120,8 +126,9 @@ void add_corners(const LapInput& lap, const LapModelOptions& options,
   if (!factor) return;
   const std::size_t camera = camera_index(lap, lap.frames[observation.frame].camera);
   const PoseIndex cam = camera == 0 ? result.cam : result.more_cams[camera - 1];
-  result.bundle.corners.push_back(
-      {*result.bases[observation.frame], cam, result.map, tag->second, camera, *factor});
+  CornerTerm term{*result.bases[observation.frame], cam, result.map, tag->second, camera, *factor};
+  term.size = result.sizes.at(detection.tag);
+  result.bundle.corners.push_back(std::move(term));
   result.observations.push_back(observation);
 }
 
@@ -157,7 +164,7 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
   const double floor_z = first == poses.end() ? 0 : (*first)->translation().z();
   add_floor(lap, floor_z, result);
   for (const auto& [id, tag] : start.map.tags)
-    result.tags[id] = bundle.add(tag.map_T_tag, id == lap.anchor && !is_level(lap));
+    add_tag_pose(id, tag.map_T_tag, id == lap.anchor && !is_level(lap), result);
   if (const auto anchor = result.tags.find(lap.anchor); anchor != result.tags.end())
     result.anchor = anchor->second;
   if (result.anchor && is_level(lap))
@@ -189,10 +196,15 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
   return result;
 }
 
+void free_sizes(double sigma, LapBundle& lap) {
+  lap.size_sigma = sigma;
+  for (BundleSize& size : lap.bundle.sizes) size.sigma = sigma;
+}
+
 void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag,
              const std::vector<LapBundle::Observation>& observations, const LapModelOptions& options,
              LapBundle& result) {
-  result.tags[tag] = result.bundle.add(map_T_tag);
+  add_tag_pose(tag, map_T_tag, false, result);
   for (const LapBundle::Observation& observation : observations)
     add_corners(lap, options, observation, result);
 }

@@ -96,7 +96,9 @@ struct LapBundle {
   std::vector<PoseIndex> more_cams{};  ///< mounting poses of the others, in the order of LapInput
   PoseIndex floor = 0;                 ///< map_T_floor; the robot drives on the floor's plane z = 0
   std::map<TagId, PoseIndex> tags{};
-  std::optional<PoseIndex> anchor{};  ///< the tag that defines the map frame
+  std::map<TagId, std::size_t> sizes{};  ///< index of each tag into Bundle::sizes
+  double size_sigma = 0;                 ///< BundleSize::sigma of tags that are added later
+  std::optional<PoseIndex> anchor{};     ///< the tag that defines the map frame
   /// The pose for each frame; empty if neither tags nor odometry determine it. Frames from several cameras
   /// with the same stamp share a pose.
   std::vector<std::optional<PoseIndex>> bases{};
@@ -122,8 +124,12 @@ struct LapBundle {
 /// LapInput::other_turns. The map is level with the floor. The anchor fixes the position and the heading; its
 /// tilt is estimated. If the lap extends a map with an unknown floor, the anchor is fixed and the tilt of the
 /// floor is estimated instead. Frames without tags are placed by odometry alone. Camera mountings are fixed.
+/// Tag sizes are exact until free_sizes() is called.
 [[nodiscard]] LapBundle lap_bundle(const LapInput& lap, const ChainResult& start,
                                    const LapModelOptions& options = {});
+
+/// Makes the printed size of each tag an unknown with this relative standard deviation; 0: sizes are exact.
+void free_sizes(double sigma, LapBundle& lap);
 
 /// Adds a tag that is missing from the start to a bundle with known base poses. Its pose becomes an unknown,
 /// and its observations become terms; all of them must be in frames with a pose.

@@ -142,6 +142,21 @@ void check_scale(const LapInput& lap, const BundleMap& map, std::vector<std::str
                      "; measure the black square of a tag, and check the wheel radius in the robot file");
 }
 
+void check_sizes(const BundleMap& map, std::vector<std::string>& warnings) {
+  for (const WrongSize& wrong : map.wrong_sizes)
+    warnings.push_back(
+        fmt::format("{}: its observations fit a side of {:.4f} +- {:.4f} m, given {:.4f} m ({:.1f} sigma); "
+                    "the map has the "
+                    "side that fits. Measure its black square",
+                    to_string(wrong.tag), wrong.found_m, wrong.sigma_m, wrong.given_m, wrong.deviations));
+  constexpr double kClearlyMore = 1.5;
+  if (map.size_spread > kClearlyMore * map.assumed_size_spread)
+    warnings.push_back(
+        fmt::format("printed sizes differ from the given ones by {:.1f} % (one sigma), assumed {:.1f} %; the "
+                    "covariances contain this. Measure the black squares, or set `tag_size_sigma_percent`",
+                    100 * map.size_spread, 100 * map.assumed_size_spread));
+}
+
 void check_unconfirmed(const BundleMap& map, std::vector<std::string>& warnings) {
   constexpr std::size_t kMaxNamed = 5;
   const std::size_t all = map.unconfirmed.size();
@@ -267,6 +282,7 @@ void check_places(const LapInput& lap, const BundleMap& map, std::vector<std::st
 std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map) {
   std::vector<std::string> warnings;
   check_scale(lap, map, warnings);
+  check_sizes(map, warnings);
   warnings.insert(warnings.end(), map.prior_warnings.begin(), map.prior_warnings.end());
   check_places(lap, map, warnings);
   check_tags(lap, map, warnings);

@@ -27,8 +27,9 @@ struct SecondPlace {
 /// The tags that were observed in two places during a lap. O(rejected observations).
 [[nodiscard]] std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map);
 
-/// Warnings about a map, one sentence each. They concern tag sizes that are inconsistent with odometry, ids
-/// in two places, tags with few observations, rejected observations, and unconnected tags.
+/// Warnings about a map, one sentence each. They concern tag sizes that are inconsistent with odometry or
+/// with each other, ids in two places, tags with few observations, rejected observations, and unconnected
+/// tags.
 [[nodiscard]] std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map);
 
 /// The reasons why an observation was rejected, with the strongest first.

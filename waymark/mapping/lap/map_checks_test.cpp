@@ -75,6 +75,21 @@ TEST(MapCheck, ReportsATagSizeInconsistentWithOdometryAndTheFittingSize) {
   EXPECT_THAT(check_map(drive.lap, map), IsEmpty()) << "within the usual error of odometry";
 }
 
+TEST(MapCheck, ReportsWrongSizesAndTheirSpread) {
+  const RingDrive drive = drive_ring();
+  BundleMap map = true_map(drive);
+  map.assumed_size_spread = 0.003;
+  map.size_spread = 0.004;
+  EXPECT_THAT(check_map(drive.lap, map), IsEmpty()) << "about as assumed";
+  map.size_spread = 0.01;
+  map.wrong_sizes = {{ring_tag(3), 0.16, 0.168, 0.0004, 12.5}};
+  EXPECT_THAT(check_map(drive.lap, map),
+              ElementsAre(AllOf(HasSubstr("tag36h11:3: its observations fit a side of 0.1680 +- 0.0004 m"),
+                                HasSubstr("given 0.1600 m (12.5 sigma)")),
+                          AllOf(HasSubstr("by 1.0 % (one sigma), assumed 0.3 %"))));
+  expect_on_map_page(check_map(drive.lap, map));
+}
+
 TEST(MapCheck, DistinguishesAMovedTagFromDuplicateTags) {
   const test::RingShape shape{.loops = 2};
   RingDrive drive = drive_ring(shape);

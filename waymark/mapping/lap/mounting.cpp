@@ -178,6 +178,7 @@ LapBundle part_of(const LapBundle& lap, std::size_t first, std::size_t last) {
                  .intrinsics = all.intrinsics,
                  .poses = all.poses,
                  .odometry_scales = all.odometry_scales,
+                 .sizes = all.sizes,
                  .priors = all.priors,
                  .pair_priors = all.pair_priors};
   std::ranges::copy_if(all.corners, std::back_inserter(part.bundle.corners),

@@ -411,7 +411,7 @@ TEST(GivenFacts, PrintedSizesThatScatterAreInTheCovariances) {
       mapped(wide, &map);
       nees += joint_nees(wide, map) / seeds;
       warnings += scene_warnings(map).empty() ? 0 : 1;
-      const auto exact = map_scene(wide.scene, wide.recording, {.tag_size_sigma_percent = 0});
+      const auto exact = map_scene(wide.scene, wide.recording, {.search = {.tag_size_sigma_percent = 0}});
       ASSERT_TRUE(exact);
       nees_if_exact += joint_nees(wide, *exact) / seeds;
     }

@@ -125,16 +125,14 @@ class Search {
   /// Estimates the spread of printed sizes, and finds the tags that contradict the map: those of another size
   /// than given, those with a wrong given pose, and those that were moved.
   void explain_contradictions() {
-    if (!(options_.tag_size_sigma_percent > 0) || !goes_on()) return;
+    if (!(options_.search.tag_size_sigma_percent > 0) || !goes_on()) return;
     count_correlated();
     std::optional<std::size_t> last;
     State before = state();
     const auto suspects = [&] {
       std::vector<std::size_t> sizes = contradicted_sizes(map_);
       for (const std::size_t size : sizes_far_from_given_pose(map_)) sizes.push_back(size);
-      std::vector<LikelyMove> moves = likely_moves(recording_, map_, sizes_that_fit(false));
-      if (!are_few_tags(moves.size(), map_)) moves.clear();
-      for (const LikelyMove& move : moves) sizes.push_back(move.size);
+      for (const std::size_t size : sizes_of_moved_tags()) sizes.push_back(size);
       return sizes;
     };
     const auto adjust = [&](const std::vector<std::size_t>& released) {
@@ -179,42 +177,26 @@ class Search {
     return moved.distance_m > kMinDistance_m || moved.angle_rad > kMinAngle_rad;
   }
 
-  /// The sizes of tags whose observations agree with the map as well as those of other tags, or of those
-  /// whose observations do not. If a tag was moved, or two tags have its number, another size explains only
-  /// some of its observations.
-  [[nodiscard]] std::vector<std::size_t> sizes_that_fit(bool fit) const {
-    constexpr int kMinUsed = 4;
-    constexpr double kMaxRejectedShare = 0.05;
-    constexpr double kMaxRatio = 1.25;
-    constexpr double kSigmas = 3;
-    const Bundle& bundle = map_.problem.bundle;
-    const std::vector<double> chi2 = chi2_of_corners();
-    std::vector<double> sums(bundle.sizes.size(), 0);
-    double sum = 0, count = 0;
-    for (std::size_t i = 0; i < chi2.size(); ++i) {
-      if (!bundle.corners[i].used || !bundle.corners[i].size) continue;
-      sums[*bundle.corners[i].size] += chi2[i];
-      sum += chi2[i];
-      ++count;
-    }
-    const std::vector<SizeObservations> observations = observations_by_size(map_);
+  [[nodiscard]] std::vector<char> sizes_that_fit() const {
+    return waymark::sizes_that_fit(map_.problem.bundle, chi2_of_corners(), observations_by_size(map_));
+  }
+
+  /// Tags that do not fit like others, and would fit better if they had been moved.
+  [[nodiscard]] std::vector<std::size_t> sizes_of_moved_tags() const {
+    const std::vector<char> fit = sizes_that_fit();
     std::vector<std::size_t> sizes;
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      const double used = observations[i].used;
-      if (used + observations[i].rejected + observations[i].unconfirmed == 0) continue;
-      // Chi-square with 8 degrees of freedom each.
-      const bool fits =
-          used >= kMinUsed && count > used &&
-          observations[i].share_unused() <= kMaxRejectedShare + 1 / used &&
-          sums[i] / used * (count - used) < (kMaxRatio + kSigmas / std::sqrt(4 * used)) * (sum - sums[i]);
-      if (fits == fit) sizes.push_back(i);
+    for (std::size_t i = 0; i < fit.size(); ++i) {
+      if (fit[i] == 0) sizes.push_back(i);
     }
+    const std::vector<LikelyMove> moves = likely_moves(recording_, map_, sizes);
+    if (!are_few_tags(moves.size(), observations_by_size(map_))) return {};
+    sizes.clear();
+    sizes.reserve(moves.size());
+    for (const LikelyMove& move : moves) sizes.push_back(move.size);
     return sizes;
   }
 
-  [[nodiscard]] bool fits(std::size_t size) const {
-    return std::ranges::binary_search(sizes_that_fit(true), size);
-  }
+  [[nodiscard]] bool fits(std::size_t size) const { return sizes_that_fit()[size] != 0; }
 
   /// The cost of a map, with the limit at which observations are rejected for those that are.
   [[nodiscard]] double cost_with_rejected() const {
@@ -613,7 +595,7 @@ Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recordin
   if (!problem) return tl::unexpected(problem.error());
   map.problem = std::move(*problem);
   if (options.model == SceneModel::Waymark) {
-    map.size_spread = map.assumed_size_spread = options.tag_size_sigma_percent / 100;
+    map.size_spread = map.assumed_size_spread = options.search.tag_size_sigma_percent / 100;
     for (BundleSize& size : map.problem.bundle.sizes) size.sigma = map.assumed_size_spread;
   }
   Search search(recording, options, progress, map);

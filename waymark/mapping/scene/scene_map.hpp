@@ -7,6 +7,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/mapping/scene/scene_bundle.hpp"
 #include "waymark/mapping/solver/map_search.hpp"
+#include "waymark/mapping/solver/tag_sizes.hpp"
 
 namespace waymark {
 
@@ -24,9 +25,6 @@ struct SceneMapOptions {
   SearchOptions search{};
   int min_observations = 2;
   bool free_intrinsics = false;  ///< also estimate camera parameters, near those given (model waymark only)
-  /// Standard deviation of the printed size of each tag, relative to its given size (model waymark only). If
-  /// 0, the sizes are exact.
-  double tag_size_sigma_percent = 0.3;
   /// Relative standard deviation of the common print size of all tags, which is included in every covariance.
   /// If empty, it is 0.005 if distances are given; otherwise, the size is exact.
   std::optional<double> size_sigma{};
@@ -37,14 +35,6 @@ struct SceneMapOptions {
     visit(self.min_observations,
           Field{"min_observations", "Minimum number of images in which an unlisted tag must be observed.", 1,
                 1000});
-    visit(
-        self.tag_size_sigma_percent,
-        Field{
-            "tag_size_sigma_percent",
-            "Standard deviation of the printed size of each tag, in percent of the given size. 0: sizes are "
-            "exact. Half a millimetre of 16 cm is 0.3 %. Sizes that the observations contradict by more than "
-            "three standard deviations are estimated and reported.",
-            0, 20});
   }
 };
 
@@ -59,14 +49,6 @@ struct SceneCut {
 struct CorrectedId {
   std::size_t frame = 0;
   TagId read{}, is{};
-};
-
-/// A tag whose given size contradicts the observations.
-struct WrongSize {
-  TagId tag{};
-  double given_m = 0;
-  double found_m = 0, sigma_m = 0;  ///< from the observations
-  double deviations = 0;            ///< of the given size, in standard deviations
 };
 
 /// A tag that was moved during the recording.
@@ -108,7 +90,7 @@ struct SceneMap {
       released_sizes{};                  ///< indices into Bundle::sizes of sizes without their usual prior
   std::vector<WrongSize> wrong_sizes{};  ///< their tags are in the map with the size that was found
   std::vector<MovedTag> moved_tags{};    ///< their last pose is in the map
-  double assumed_size_spread = 0;        ///< tag_size_sigma_percent as a share
+  double assumed_size_spread = 0;        ///< SearchOptions::tag_size_sigma_percent as a share
   double size_spread = 0;                ///< relative standard deviation of the other printed sizes
   double size_scale = 1;               ///< common factor for all tag sizes, estimated if distances are given
   double size_sigma = 0;               ///< standard deviation of size_scale; 0 if it was not estimated

@@ -182,16 +182,15 @@ void list_wrong_sizes(SceneMap& map) {
   for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
     for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
       const std::size_t size = map.problem.sizes[b][t];
-      const auto estimate = std::ranges::find(estimates, size, &SizeEstimate::size);
       const bool released = std::ranges::find(map.released_sizes, size) != map.released_sizes.end();
-      if (!released || estimate == estimates.end() || map.placed[map.problem.tags[b][t]] == 0) continue;
+      if (!released || map.placed[map.problem.tags[b][t]] == 0) continue;
       SceneTag& tag = map.scene.bodies[b].tags[t];
-      const double found_m = tag.size_m * std::exp(map.problem.bundle.sizes[size].log_scale);
-      map.wrong_sizes.push_back(
-          {tag.id, tag.size_m / map.size_scale, found_m, estimate->sigma * found_m,
-           std::abs(estimate->log_scale) /
-               std::hypot(std::max(map.size_spread, map.assumed_size_spread), estimate->sigma)});
-      tag.size_m = found_m;
+      const auto wrong = wrong_size(tag.id, tag.size_m, size, map.problem.bundle, estimates,
+                                    std::max(map.size_spread, map.assumed_size_spread));
+      if (!wrong) continue;
+      map.wrong_sizes.push_back(*wrong);
+      map.wrong_sizes.back().given_m /= map.size_scale;
+      tag.size_m = wrong->found_m;
     }
   }
 }

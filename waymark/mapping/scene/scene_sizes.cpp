@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <functional>
 #include <optional>
 
 #include <Eigen/Cholesky>
@@ -11,42 +10,12 @@
 
 namespace waymark {
 
-bool SizeObservations::contradict() const {
-  constexpr double kMaxRejectedShare = 0.3;
-  constexpr double kMaxUnusedShare = 0.5;
-  constexpr int kMinRejected = 4;
-  return rejected + unconfirmed >= kMinRejected &&
-         (rejected > kMaxRejectedShare * (used + rejected) || share_unused() > kMaxUnusedShare);
-}
-
 std::vector<SizeObservations> observations_by_size(const SceneMap& map) {
-  std::vector<SizeObservations> sizes(map.problem.bundle.sizes.size());
-  for (const CornerTerm& term : map.problem.bundle.corners) {
-    if (!term.size || !map.is_placed(term)) continue;
-    SizeObservations& of_tag = sizes[*term.size];
-    ++(term.used ? of_tag.used : term.unconfirmed ? of_tag.unconfirmed : of_tag.rejected);
-  }
-  return sizes;
-}
-
-bool are_few_tags(std::size_t tags, const SceneMap& map) {
-  constexpr std::size_t kMaxTags = 3;
-  constexpr double kMaxShare = 0.25;
-  const auto observed = std::ranges::count_if(observations_by_size(map), [](const SizeObservations& tag) {
-    return tag.used + tag.rejected + tag.unconfirmed > 0;
-  });
-  return tags <= kMaxTags || static_cast<double>(tags) <= kMaxShare * static_cast<double>(observed);
+  return observations_by_size(map.problem.bundle, map.placed);
 }
 
 std::vector<std::size_t> contradicted_sizes(const SceneMap& map) {
-  const std::vector<SizeObservations> sizes = observations_by_size(map);
-  std::vector<std::size_t> found;
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    if (sizes[i].contradict()) found.push_back(i);
-  }
-  if (!are_few_tags(found.size(), map)) return {};
-  std::ranges::stable_sort(found, std::greater<>{}, [&](std::size_t i) { return sizes[i].share_unused(); });
-  return found;
+  return contradicted_sizes(observations_by_size(map));
 }
 
 namespace {

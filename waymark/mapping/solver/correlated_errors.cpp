@@ -122,7 +122,8 @@ Eigen::MatrixXd inverse_columns(const BlockSystem& system, const internal::Front
 Eigen::MatrixXd influences(const Bundle& bundle, const internal::Unknowns& unknowns,
                            const std::vector<int>& stretch, const Eigen::MatrixXd& X, BlockSystem& system) {
   internal::accumulate(without_terms(bundle), unknowns, 0, &system);
-  const Eigen::VectorXd of_nothing = system.gradient();  // contains only the priors on scales and intrinsics
+  const Eigen::VectorXd of_nothing =
+      system.gradient();  // contains only the priors on scales, intrinsics and sizes
   const int last = stretch.empty() ? -1 : *std::ranges::max_element(stretch);
   Eigen::MatrixXd moved(last + 1, X.cols());
   Eigen::Index stretches = 0;

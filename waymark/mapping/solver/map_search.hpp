@@ -10,11 +10,13 @@
 
 namespace waymark {
 
-/// Limits of a mapping search: outlier rejection and the number of steps.
+/// Limits of a mapping search: outlier rejection, the number of steps, and the accuracy of printed sizes.
 struct SearchOptions {
   double outlier_chi2 = 26.1;
   double robust_chi2 = 12;
   int max_iterations = 100;
+  /// Standard deviation of the printed size of each tag, relative to its given size. If 0, sizes are exact.
+  double tag_size_sigma_percent = 0.3;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -27,6 +29,14 @@ struct SearchOptions {
                                   "of an observation during the search for outliers.",
                                   1, 1e9});
     visit(self.max_iterations, Field{"max_iterations", "Maximum number of steps of each search.", 1, 10000});
+    visit(
+        self.tag_size_sigma_percent,
+        Field{
+            "tag_size_sigma_percent",
+            "Standard deviation of the printed size of each tag, in percent of the given size. 0: sizes are "
+            "exact. Half a millimetre of 16 cm is 0.3 %. Sizes that the observations contradict by more than "
+            "three standard deviations are estimated and reported.",
+            0, 20});
   }
 };
 

@@ -137,4 +137,79 @@ ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSear
   return result;
 }
 
+bool SizeObservations::contradict() const {
+  constexpr double kMaxRejectedShare = 0.3;
+  constexpr double kMaxUnusedShare = 0.5;
+  constexpr int kMinRejected = 4;
+  return rejected + unconfirmed >= kMinRejected &&
+         (rejected > kMaxRejectedShare * (used + rejected) || share_unused() > kMaxUnusedShare);
+}
+
+std::vector<SizeObservations> observations_by_size(const Bundle& bundle, const std::vector<char>& placed) {
+  const auto counts = [&](const CornerTerm& term) {
+    return term.size && (placed.empty() || (placed[term.rig] != 0 && placed[term.cam] != 0 &&
+                                            placed[term.body] != 0 && placed[term.tag] != 0));
+  };
+  std::vector<SizeObservations> sizes(bundle.sizes.size());
+  for (const CornerTerm& term : bundle.corners) {
+    if (!counts(term)) continue;
+    SizeObservations& of_tag = sizes[*term.size];
+    ++(term.used ? of_tag.used : term.unconfirmed ? of_tag.unconfirmed : of_tag.rejected);
+  }
+  return sizes;
+}
+
+bool are_few_tags(std::size_t tags, const std::vector<SizeObservations>& observations) {
+  constexpr std::size_t kMaxTags = 3;
+  constexpr double kMaxShare = 0.25;
+  const auto observed =
+      std::ranges::count_if(observations, [](const SizeObservations& tag) { return tag.all() > 0; });
+  return tags <= kMaxTags || static_cast<double>(tags) <= kMaxShare * static_cast<double>(observed);
+}
+
+std::vector<std::size_t> contradicted_sizes(const std::vector<SizeObservations>& observations) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (observations[i].contradict()) found.push_back(i);
+  }
+  if (!are_few_tags(found.size(), observations)) return {};
+  std::ranges::stable_sort(found, std::greater<>{},
+                           [&](std::size_t i) { return observations[i].share_unused(); });
+  return found;
+}
+
+std::vector<char> sizes_that_fit(const Bundle& bundle, const std::vector<double>& chi2,
+                                 const std::vector<SizeObservations>& observations) {
+  constexpr int kMinUsed = 4;
+  constexpr double kMaxRejectedShare = 0.05;
+  constexpr double kMaxRatio = 1.25;
+  constexpr double kSigmas = 3;
+  std::vector<double> sums(bundle.sizes.size(), 0);
+  double sum = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < chi2.size(); ++i) {
+    if (!bundle.corners[i].used) continue;
+    if (bundle.corners[i].size) sums[*bundle.corners[i].size] += chi2[i];
+    sum += chi2[i];
+    ++count;
+  }
+  std::vector<char> fit(sums.size(), 0);
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const double used = observations[i].used;
+    if (used < kMinUsed || count <= used) continue;
+    const double ratio = sums[i] / used / ((sum - sums[i]) / (count - used));
+    const double max_ratio = kMaxRatio + kSigmas / std::sqrt(4 * used);  // chi-square with 8 dof each
+    fit[i] = observations[i].share_unused() <= kMaxRejectedShare + 1 / used && ratio < max_ratio ? 1 : 0;
+  }
+  return fit;
+}
+
+std::optional<WrongSize> wrong_size(const TagId& tag, double given_m, std::size_t size, const Bundle& bundle,
+                                    const std::vector<SizeEstimate>& estimates, double spread) {
+  const auto estimate = std::ranges::find(estimates, size, &SizeEstimate::size);
+  if (estimate == estimates.end()) return std::nullopt;
+  const double found_m = given_m * std::exp(bundle.sizes[size].log_scale);
+  return WrongSize{tag, given_m, found_m, estimate->sigma * found_m, deviations(*estimate, spread)};
+}
+
 }  // namespace waymark

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <vector>
 
+#include "waymark/families/family.hpp"
 #include "waymark/mapping/solver/bundle.hpp"
 
 /// Printed sizes that deviate from their given values. In a bundle, each size is an unknown with a narrow
@@ -51,5 +54,51 @@ struct SizeSearch {
 /// observations suggest as their prior. A bundle without free sizes is not changed. Costs one covariance()
 /// and one search per attempt, and one covariance() more.
 ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSearch& search);
+
+/// The number of observations of a tag, by their use.
+struct SizeObservations {
+  int used = 0;
+  int rejected = 0;
+  int unconfirmed =
+      0;  ///< and not used; with a wrong size, only those at similar distances confirm each other
+
+  [[nodiscard]] int all() const { return used + rejected + unconfirmed; }
+  [[nodiscard]] double share_unused() const { return (rejected + unconfirmed) / std::max(1.0, 1.0 * all()); }
+  /// Whether so many are not used that the tag itself is the cause.
+  [[nodiscard]] bool contradict() const;
+};
+
+/// For each size of the bundle. `placed`: whether each pose is placed; only terms whose poses all are count.
+/// If it is empty, all terms count.
+[[nodiscard]] std::vector<SizeObservations> observations_by_size(const Bundle& bundle,
+                                                                 const std::vector<char>& placed = {});
+
+/// Whether these are at most a quarter of the observed tags, or three. If more contradict the map, the tags
+/// are not the cause.
+[[nodiscard]] bool are_few_tags(std::size_t tags, const std::vector<SizeObservations>& observations);
+
+/// The sizes whose observations contradict them, those with the largest share of unused ones first. Empty
+/// unless these are few tags.
+[[nodiscard]] std::vector<std::size_t> contradicted_sizes(const std::vector<SizeObservations>& observations);
+
+/// For each size, whether the observations of its tag agree with the map as well as those of other tags. If a
+/// tag was moved, or two tags have its number, another size explains only some of its observations. `chi2`:
+/// of each corner term; a common factor has no effect.
+[[nodiscard]] std::vector<char> sizes_that_fit(const Bundle& bundle, const std::vector<double>& chi2,
+                                               const std::vector<SizeObservations>& observations);
+
+/// A tag whose given size contradicts the observations.
+struct WrongSize {
+  TagId tag{};
+  double given_m = 0;
+  double found_m = 0, sigma_m = 0;  ///< from the observations
+  double deviations = 0;            ///< of the given size, in standard deviations
+};
+
+/// The result for a released size. `spread`: standard deviation of printed sizes. Empty if the observations
+/// do not determine the size.
+[[nodiscard]] std::optional<WrongSize> wrong_size(const TagId& tag, double given_m, std::size_t size,
+                                                  const Bundle& bundle,
+                                                  const std::vector<SizeEstimate>& estimates, double spread);
 
 }  // namespace waymark
