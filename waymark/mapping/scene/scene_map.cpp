@@ -7,6 +7,7 @@
 
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/scene/misread_ids.hpp"
+#include "waymark/mapping/scene/odometry_checks.hpp"
 #include "waymark/mapping/scene/place_poses.hpp"
 #include "waymark/mapping/scene/rolling_corners.hpp"
 #include "waymark/mapping/scene/scene_calibration.hpp"
@@ -63,6 +64,7 @@ class Search {
   void search_coarsely() {
     Bundle& bundle = map_.problem.bundle;
     if (options_.model == SceneModel::Waymark) std::swap(distances_, bundle.point_distances);
+    if (judges_odometry()) judge_odometry(map_);
     for (bool weak : {false, true}) {
       known_ = known_poses(map_.scene, map_.problem, weak);
       place();
@@ -75,6 +77,7 @@ class Search {
     for (int round = 0; round < kRounds && goes_on(); ++round) {
       find(options_.search.robust_chi2, 10, "rejecting outliers", kCoarseGain);
       set_corner_noise(noise_px_ * noise_ratio());
+      if (judges_odometry()) multiply_odometry_noise(map_, std::max(rough_odometry_ratio(map_), 1.0));
       if (replace_contradicted(bundle, map_.placed, known_, options_.search.outlier_chi2) == 0) break;
     }
   }
@@ -91,7 +94,9 @@ class Search {
   /// Estimates the corner noise and other free parameters from the observations.
   void adjust_with_estimated_noise() {
     adjust_until_stable();
+    estimate_odometry_noise();
     release_wrong_sizes();
+    estimate_odometry_noise();
     if (goes_on() && correct_misread_ids(map_, options_.search.outlier_chi2) > 0) adjust_until_stable();
     add_planes(map_.scene, map_.problem, map_.placed);
     known_.resize(map_.placed.size());
@@ -116,6 +121,15 @@ class Search {
       const bool changed = gate_observations();
       if (!changed && !moved && round > 0) break;
       find(0, options_.search.max_iterations, "adjusting", kRoughGain);
+    }
+  }
+
+  void estimate_odometry_noise() {
+    constexpr double kSmallChange = 0.05;
+    for (int round = 0; round < kRounds && goes_on() && judges_odometry(); ++round) {
+      const double factor = multiply_odometry_noise(map_, odometry_ratio(map_));
+      if (std::abs(factor - 1) < kSmallChange) break;
+      adjust_until_stable();
     }
   }
 
@@ -346,6 +360,10 @@ class Search {
 
   [[nodiscard]] bool goes_on() const { return map_.summary.usable(); }
 
+  [[nodiscard]] bool judges_odometry() const {
+    return options_.model == SceneModel::Waymark && has_odometry(map_);
+  }
+
   void find(double robust_chi2, int steps, const char* stage, double relative_gain = kFineGain) {
     if (!goes_on()) return;
     const BundleOptions search{
@@ -388,8 +406,9 @@ class Search {
     double unknowns = 0;
     for (std::size_t i = 0; i < map_.problem.bundle.poses.size(); ++i)
       unknowns += map_.placed[i] != 0 && !map_.problem.bundle.poses[i].fixed ? 6 : 0;
+    const auto motions = std::ranges::count_if(map_.problem.bundle.relatives, &RelativeTerm::used);
     numbers +=
-        6.0 * static_cast<double>(map_.problem.bundle.priors.size() + map_.problem.bundle.relatives.size());
+        6.0 * static_cast<double>(map_.problem.bundle.priors.size() + static_cast<std::size_t>(motions));
     constexpr std::size_t kMinCorners = 50;
     const double share = 1 - unknowns / std::max(numbers, 1.0);
     if (chi2.size() < kMinCorners || share < 0.05) return 1;
@@ -417,6 +436,7 @@ class Search {
       changed = changed || used != bundle.corners[i].used;
       bundle.corners[i].used = used;
     }
+    if (judges_odometry()) changed = gate_odometry(map_) || changed;
     return changed;
   }
 

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "waymark/mapping/scene/scene_map.hpp"
+
+/// Odometry between frames is measured, so it can be wrong: a wheel slips, or a person moves the robot. Here,
+/// it is compared with the observations. The unit is a span: the steps of odometry between two successive
+/// frames in which observations in use place the body. Observations cannot tell which step of a span is
+/// wrong.
+namespace waymark {
+
+/// Whether the map contains odometry that the search may reject.
+[[nodiscard]] bool has_odometry(const SceneMap& map);
+
+/// Applies the robust loss of the search to odometry, and keeps its given noise for
+/// multiply_odometry_noise().
+void judge_odometry(SceneMap& map);
+
+/// Changes the noise of odometry to `ratio` times its present noise, but to no less than the given noise.
+/// Returns the factor by which the noise has changed.
+double multiply_odometry_noise(SceneMap& map, double ratio);
+
+/// The ratio of actual to present noise of odometry, if observations alone determine the motion of most
+/// spans; otherwise, it is too small. It is the median over the spans; 1 if there are fewer than 20.
+[[nodiscard]] double rough_odometry_ratio(const SceneMap& map);
+
+/// The ratio of actual to present noise of odometry. The redundancy of each component of each span is taken
+/// from the covariance, and components with a small redundancy are omitted (Foerstner, "Ein Verfahren zur
+/// Schaetzung von Varianz- und Kovarianzkomponenten", 1979, with a median instead of a mean). It is 1 for
+/// fewer than 20 spans with redundant components. Costs one covariance().
+[[nodiscard]] double odometry_ratio(const SceneMap& map);
+
+/// Rejects spans that contradict the observations, and uses those again that do not. A span that alone
+/// connects tags is never rejected. Returns whether anything has changed.
+bool gate_odometry(SceneMap& map);
+
+/// Fills in the rejected odometry and the tags that odometry alone connects.
+void report_odometry(const SceneRecording& recording, SceneMap& map);
+
+}  // namespace waymark
