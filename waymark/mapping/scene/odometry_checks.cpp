@@ -262,6 +262,62 @@ double odometry_ratio(const SceneMap& map) {
   return std::sqrt(median(std::move(ratios)));
 }
 
+bool contradicts_odometry(const SceneMap& map) {
+  const std::vector<double> chi2 = chi2_of_spans(map, odometry_spans(map));
+  return std::ranges::any_of(chi2, [](double x) { return !(x <= kOdometryGate); });
+}
+
+double odometry_cost(const SceneMap& map, double ratio, bool trusted) {
+  constexpr double kOfContradicted = 20 * 26.1 / 2;  // 26.1: 0.999 quantile of chi-square of an observation
+  const double scale = map.odometry_ratio * map.odometry_ratio / (ratio * ratio);
+  double sum = 0;
+  for (const double chi2 : chi2_of_spans(map, odometry_spans(map)))
+    sum += trusted || chi2 * scale <= kOdometryGate ? chi2 * scale / 2 : kOfContradicted;
+  return sum;
+}
+
+namespace {
+
+/// Places the frames within a span by its odometry, and stops using their observations.
+void place_within(const OdometrySpan& span, SceneMap& map) {
+  Bundle& bundle = map.problem.bundle;
+  std::vector<char> within(bundle.poses.size(), 0);
+  for (std::size_t i = span.first; i < span.last; ++i) {
+    const RelativeTerm& step = term_of(map, i);
+    const SE3& S = step.factor.body_T_sensor;
+    bundle.poses[step.b].value = bundle.poses[step.a].value * (S * step.factor.measured * S.inverse());
+    within[step.b] = 1;
+  }
+  for (CornerTerm& term : bundle.corners)
+    term.used = term.used && within[term.rig] == 0 && within[term.body] == 0;
+}
+
+}  // namespace
+
+void restore_contradicted_frames(SceneMap& map) {
+  const std::vector<OdometrySpan> spans = odometry_spans(map);
+  const std::vector<double> chi2 = chi2_of_spans(map, spans);
+  std::optional<std::size_t> before;
+  for (std::size_t i = 0; i < spans.size(); ++i) {
+    const bool follows = i > 0 && term_of(map, spans[i - 1].last).b == term_of(map, spans[i].first).a;
+    if (!follows) before.reset();
+    if (chi2[i] <= kOdometryGate) continue;
+    if (before) {
+      const OdometrySpan whole{spans[*before].first, spans[i].last};
+      const RelativeTerm term = joined(map, whole);
+      const RelativeTerm first = joined(map, spans[*before]);
+      const Vector6 off = first.factor.whitening.inverse() * misfit_of(map.problem.bundle, first).r;
+      const bool larger_than_noise = (term.factor.whitening * off).squaredNorm() > kOdometryGate;
+      if (larger_than_noise && misfit_of(map.problem.bundle, term).r.squaredNorm() <= kOdometryGate) {
+        place_within(whole, map);
+        before.reset();
+        continue;
+      }
+    }
+    before = i;
+  }
+}
+
 bool gate_odometry(SceneMap& map) {
   const std::vector<OdometrySpan> spans = odometry_spans(map);
   const std::vector<double> chi2 = chi2_of_spans(map, spans);

@@ -32,6 +32,19 @@ double multiply_odometry_noise(SceneMap& map, double ratio);
 /// fewer than 20 spans with redundant components. Costs one covariance().
 [[nodiscard]] double odometry_ratio(const SceneMap& map);
 
+/// Whether any span contradicts the observations.
+[[nodiscard]] bool contradicts_odometry(const SceneMap& map);
+
+/// Half the sum of chi-square of all spans, with `ratio` times the given noise. Unless odometry is trusted, a
+/// span that contradicts the observations has the cost of 20 rejected observations instead, because misread
+/// ids that agree with each other are more frequent than such spans.
+[[nodiscard]] double odometry_cost(const SceneMap& map, double ratio, bool trusted);
+
+/// If spans before and after some frames contradict the observations, but the odometry from the first to the
+/// last of these spans does not, the observations in these frames are wrong. Places the frames by odometry
+/// and stops using these observations.
+void restore_contradicted_frames(SceneMap& map);
+
 /// Rejects spans that contradict the observations, and uses those again that do not. A span that alone
 /// connects tags is never rejected. Returns whether anything has changed.
 bool gate_odometry(SceneMap& map);

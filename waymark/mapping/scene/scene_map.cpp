@@ -59,27 +59,34 @@ class Search {
          SceneMap& map)
       : recording_(recording), options_(options), progress_(progress), map_(map) {}
 
-  /// Minimises the robust cost, starting from the placed poses, and moves poses that are in a wrong local
-  /// minimum.
+  /// Places all poses and minimises the robust cost. Trusts odometry first, because it refutes misread ids.
+  /// If it then contradicts the observations, searches again with a robust loss for odometry too, and keeps
+  /// the more probable result.
   void search_coarsely() {
     Bundle& bundle = map_.problem.bundle;
     if (options_.model == SceneModel::Waymark) std::swap(distances_, bundle.point_distances);
-    if (judges_odometry()) judge_odometry(map_);
-    for (bool weak : {false, true}) {
-      known_ = known_poses(map_.scene, map_.problem, weak);
-      place();
-      if (std::ranges::any_of(bundle.corners, &CornerTerm::used)) break;
-    }
-    set_corner_noise(kStartPx);
-    replace_contradicted(bundle, map_.placed, known_, kCoarseChi2);
-    // Errors are large far from the optimum, so the outlier threshold is decreased in steps.
-    for (double chi2 : {100 * kCoarseChi2, kCoarseChi2}) find(chi2, 15, "rejecting outliers", kCoarseGain);
-    for (int round = 0; round < kRounds && goes_on(); ++round) {
-      find(options_.search.robust_chi2, 10, "rejecting outliers", kCoarseGain);
-      set_corner_noise(noise_px_ * noise_ratio());
-      if (judges_odometry()) multiply_odometry_noise(map_, std::max(rough_odometry_ratio(map_), 1.0));
-      if (replace_contradicted(bundle, map_.placed, known_, options_.search.outlier_chi2) == 0) break;
-    }
+    const Bundle start = judges_odometry() ? bundle : Bundle();
+    search_from_placed();
+    if (!judges_odometry() || !goes_on() || !is_odometry_in_question()) return;
+    trusts_odometry_ = true;
+    adjust_until_stable();
+    trusts_odometry_ = false;
+    if (!goes_on() || !is_odometry_in_question()) return;
+    const CoarseResult trusted{bundle, map_.placed, known_, map_.summary, noise_px_};
+    bundle = start;
+    judge_odometry(map_);
+    search_from_placed();
+    if (map_.summary.stopped) return;
+    restore_contradicted_frames(map_);
+    const double noise_px = std::min(noise_px_, trusted.noise_px);
+    const double ratio = map_.odometry_ratio;
+    const double by_judging = coarse_cost(noise_px, ratio, false);
+    const CoarseResult judged{std::move(bundle), map_.placed, known_, map_.summary, noise_px_};
+    resume(trusted);
+    map_.odometry_ratio = 1;
+    if (goes_on() && coarse_cost(noise_px, ratio, true) <= by_judging) return;
+    resume(judged);
+    map_.odometry_ratio = ratio;
   }
 
   /// Minimises TagSLAM's cost over all observations.
@@ -360,6 +367,70 @@ class Search {
 
   [[nodiscard]] bool goes_on() const { return map_.summary.usable(); }
 
+  struct CoarseResult {
+    Bundle bundle{};
+    std::vector<char> placed{};
+    std::vector<KnownPose> known{};
+    BundleSummary summary{};
+    double noise_px = 0;
+  };
+
+  void resume(const CoarseResult& result) {
+    map_.problem.bundle = result.bundle;
+    map_.placed = result.placed;
+    known_ = result.known;
+    map_.summary = result.summary;
+    set_corner_noise(result.noise_px);
+  }
+
+  /// Minimises the robust cost, starting from the placed poses, and moves poses that are in a wrong local
+  /// minimum.
+  void search_from_placed() {
+    Bundle& bundle = map_.problem.bundle;
+    for (bool weak : {false, true}) {
+      known_ = known_poses(map_.scene, map_.problem, weak);
+      place();
+      if (std::ranges::any_of(bundle.corners, &CornerTerm::used)) break;
+    }
+    set_corner_noise(kStartPx);
+    replace_contradicted(bundle, map_.placed, known_, kCoarseChi2);
+    // Errors are large far from the optimum, so the outlier threshold is decreased in steps.
+    for (double chi2 : {100 * kCoarseChi2, kCoarseChi2}) find(chi2, 15, "rejecting outliers", kCoarseGain);
+    for (int round = 0; round < kRounds && goes_on(); ++round) {
+      find(options_.search.robust_chi2, 10, "rejecting outliers", kCoarseGain);
+      set_corner_noise(noise_px_ * noise_ratio());
+      if (judges_odometry() && map_.problem.bundle.relatives[map_.problem.odometry.front().term].robust)
+        multiply_odometry_noise(map_, std::max(rough_odometry_ratio(map_), 1.0));
+      if (replace_contradicted(bundle, map_.placed, known_, options_.search.outlier_chi2) == 0) break;
+    }
+  }
+
+  [[nodiscard]] double rejected_share() const {
+    const std::vector<double> chi2 = corner_chi2(map_.problem.bundle);
+    const auto rejected =
+        std::ranges::count_if(chi2, [&](double x) { return !(x < options_.search.outlier_chi2); });
+    return static_cast<double>(rejected) / static_cast<double>(std::max<std::size_t>(chi2.size(), 1));
+  }
+
+  /// Whether odometry may be the cause of errors, after a search that trusts it.
+  [[nodiscard]] bool is_odometry_in_question() const {
+    constexpr double kMaxRejectedShare = 0.05;
+    return contradicts_odometry(map_) || noise_px_ > kStartPx || rejected_share() > kMaxRejectedShare;
+  }
+
+  /// The cost with this noise, in which a rejected observation has the cost of the limit of rejection.
+  [[nodiscard]] double coarse_cost(double noise_px, double odometry_ratio, bool trusts_odometry) const {
+    double sum = odometry_cost(map_, odometry_ratio, trusts_odometry);
+    const std::vector<double> chi2 = corner_chi2(map_.problem.bundle);
+    const double scale = noise_px_ * noise_px_ / (noise_px * noise_px);
+    for (std::size_t i = 0; i < chi2.size(); ++i) {
+      const bool good =
+          can_count(map_.problem.bundle.corners[i]) && chi2[i] * scale < options_.search.outlier_chi2;
+      sum += (good ? chi2[i] * scale : options_.search.outlier_chi2) / 2;
+    }
+    return sum;
+  }
+
   [[nodiscard]] bool judges_odometry() const {
     return options_.model == SceneModel::Waymark && has_odometry(map_);
   }
@@ -436,7 +507,7 @@ class Search {
       changed = changed || used != bundle.corners[i].used;
       bundle.corners[i].used = used;
     }
-    if (judges_odometry()) changed = gate_odometry(map_) || changed;
+    if (judges_odometry() && !trusts_odometry_) changed = gate_odometry(map_) || changed;
     return changed;
   }
 
@@ -448,7 +519,8 @@ class Search {
   std::vector<PointDistanceTerm> distances_{};  ///< not used until the size of tags is estimated
   internal::KeptFactor factor_{};
   double noise_px_ = kStartPx;
-  bool loosened_prior_ = false;  ///< while wrong sizes are searched for
+  bool trusts_odometry_ = false;  ///< while odometry is not gated
+  bool loosened_prior_ = false;   ///< while wrong sizes are searched for
 };
 
 /// Excludes unlisted tags with few observations, because a wrong id usually occurs only once.
