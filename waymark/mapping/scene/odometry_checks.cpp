@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -262,17 +263,73 @@ double odometry_ratio(const SceneMap& map) {
   return std::sqrt(median(std::move(ratios)));
 }
 
-bool contradicts_odometry(const SceneMap& map) {
-  const std::vector<double> chi2 = chi2_of_spans(map, odometry_spans(map));
-  return std::ranges::any_of(chi2, [](double x) { return !(x <= kOdometryGate); });
+namespace {
+
+/// Whether most observations in three successive frames are rejected, and they are of several tags.
+bool are_tags_rejected_together(const SceneMap& map, const std::vector<char>& rejected) {
+  constexpr int kMinFrames = 3;
+  struct Frame {
+    int all = 0;
+    std::vector<PoseIndex> rejected{};
+  };
+  std::map<std::size_t, Frame> frames;
+  for (std::size_t i = 0; i < rejected.size(); ++i) {
+    Frame& frame = frames[map.observations.seen[i].frame];
+    ++frame.all;
+    if (rejected[i] != 0) frame.rejected.push_back(map.problem.bundle.corners[i].tag);
+  }
+  int run = 0;
+  std::set<PoseIndex> tags;
+  for (const auto& [index, frame] : frames) {
+    if (2 * std::ssize(frame.rejected) < frame.all) {
+      run = 0;
+      tags.clear();
+      continue;
+    }
+    tags.insert(frame.rejected.begin(), frame.rejected.end());
+    if (++run >= kMinFrames && tags.size() > 1) return true;
+  }
+  return false;
 }
 
-double odometry_cost(const SceneMap& map, double ratio, bool trusted) {
-  constexpr double kOfContradicted = 20 * 26.1 / 2;  // 26.1: 0.999 quantile of chi-square of an observation
-  const double scale = map.odometry_ratio * map.odometry_ratio / (ratio * ratio);
+}  // namespace
+
+bool contradicts_odometry(const SceneMap& map, double outlier_chi2) {
+  constexpr double kMaxRejectedShare = 0.05;
+  const std::vector<double> of_spans = chi2_of_spans(map, odometry_spans(map));
+  if (std::ranges::any_of(of_spans, [](double x) { return !(x <= kOdometryGate); })) return true;
+  const std::vector<double> chi2 = corner_chi2(map.problem.bundle);
+  std::vector<char> rejected;
+  rejected.reserve(chi2.size());
+  for (const double x : chi2) rejected.push_back(x < outlier_chi2 ? 0 : 1);
+  const auto count = static_cast<double>(std::ranges::count(rejected, 1));
+  return count > kMaxRejectedShare * static_cast<double>(rejected.size()) ||
+         are_tags_rejected_together(map, rejected);
+}
+
+double cost_of_explanation(const SceneMap& map, const ExplanationOptions& options) {
+  constexpr double kCorners = 8;
+  constexpr double kComponents = 6;
+  constexpr int kMaxOfTag = 20;
+  constexpr int kOfSpan = 25;
+  const double of_rejected = (options.outlier_chi2 - kCorners) / 2;
   double sum = 0;
-  for (const double chi2 : chi2_of_spans(map, odometry_spans(map)))
-    sum += trusted || chi2 * scale <= kOdometryGate ? chi2 * scale / 2 : kOfContradicted;
+  for (const double x : chi2_of_spans(map, odometry_spans(map))) {
+    const double chi2 = x / (options.odometry_ratio * options.odometry_ratio);
+    sum +=
+        options.trusts_odometry || chi2 <= kOdometryGate ? (chi2 - kComponents) / 2 : kOfSpan * of_rejected;
+  }
+  const std::vector<double> chi2 = corner_chi2(map.problem.bundle);
+  std::map<PoseIndex, int> rejected;
+  for (std::size_t i = 0; i < chi2.size(); ++i) {
+    const CornerTerm& term = map.problem.bundle.corners[i];
+    const double x = chi2[i] / (options.corner_ratio * options.corner_ratio);
+    if (map.is_placed(term) && x < options.outlier_chi2)
+      sum += (x - kCorners) / 2;
+    else
+      ++rejected[term.tag];
+  }
+  for (const auto& [tag, count] : rejected) sum += std::min(count, kMaxOfTag) * of_rejected;
   return sum;
 }
 

@@ -32,13 +32,21 @@ double multiply_odometry_noise(SceneMap& map, double ratio);
 /// fewer than 20 spans with redundant components. Costs one covariance().
 [[nodiscard]] double odometry_ratio(const SceneMap& map);
 
-/// Whether any span contradicts the observations.
-[[nodiscard]] bool contradicts_odometry(const SceneMap& map);
+/// Whether a map whose search trusted odometry suggests that odometry is wrong: a span contradicts the
+/// observations, many observations are rejected, or those of several tags in successive frames.
+[[nodiscard]] bool contradicts_odometry(const SceneMap& map, double outlier_chi2);
 
-/// Half the sum of chi-square of all spans, with `ratio` times the given noise. Unless odometry is trusted, a
-/// span that contradicts the observations has the cost of 20 rejected observations instead, because misread
-/// ids that agree with each other are more frequent than such spans.
-[[nodiscard]] double odometry_cost(const SceneMap& map, double ratio, bool trusted);
+struct ExplanationOptions {
+  double corner_ratio = 1, odometry_ratio = 1;  ///< noise to compute with, relative to that of the map
+  double outlier_chi2 = 26.1;
+  bool trusts_odometry = false;
+};
+
+/// Half the excess of chi-square over its expected value. Rejected observations of one tag cost no more than
+/// 20 of them, because such a tag may have been moved, or another tag may have its number. Unless odometry is
+/// trusted, each span that contradicts the observations costs as much as 25. So one tag cannot refute
+/// odometry, but two can.
+[[nodiscard]] double cost_of_explanation(const SceneMap& map, const ExplanationOptions& options);
 
 /// If spans before and after some frames contradict the observations, but the odometry from the first to the
 /// last of these spans does not, the observations in these frames are wrong. Places the frames by odometry

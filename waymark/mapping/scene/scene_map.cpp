@@ -76,15 +76,20 @@ class Search {
     bundle = start;
     judge_odometry(map_);
     search_from_placed();
-    if (map_.summary.stopped) return;
     restore_contradicted_frames(map_);
+    adjust_until_stable();
+    if (map_.summary.stopped) return;
     const double noise_px = std::min(noise_px_, trusted.noise_px);
     const double ratio = map_.odometry_ratio;
-    const double by_judging = coarse_cost(noise_px, ratio, false);
-    const CoarseResult judged{std::move(bundle), map_.placed, known_, map_.summary, noise_px_};
+    const auto cost_now = [&](bool trusts) {
+      return cost_of_explanation(
+          map_, {noise_px / noise_px_, ratio / map_.odometry_ratio, options_.search.outlier_chi2, trusts});
+    };
+    const double by_judging = cost_now(false);
+    const CoarseResult judged{bundle, map_.placed, known_, map_.summary, noise_px_};
     resume(trusted);
     map_.odometry_ratio = 1;
-    if (goes_on() && coarse_cost(noise_px, ratio, true) <= by_judging) return;
+    if (cost_now(true) <= by_judging) return;
     resume(judged);
     map_.odometry_ratio = ratio;
   }
@@ -405,30 +410,9 @@ class Search {
     }
   }
 
-  [[nodiscard]] double rejected_share() const {
-    const std::vector<double> chi2 = corner_chi2(map_.problem.bundle);
-    const auto rejected =
-        std::ranges::count_if(chi2, [&](double x) { return !(x < options_.search.outlier_chi2); });
-    return static_cast<double>(rejected) / static_cast<double>(std::max<std::size_t>(chi2.size(), 1));
-  }
-
   /// Whether odometry may be the cause of errors, after a search that trusts it.
   [[nodiscard]] bool is_odometry_in_question() const {
-    constexpr double kMaxRejectedShare = 0.05;
-    return contradicts_odometry(map_) || noise_px_ > kStartPx || rejected_share() > kMaxRejectedShare;
-  }
-
-  /// The cost with this noise, in which a rejected observation has the cost of the limit of rejection.
-  [[nodiscard]] double coarse_cost(double noise_px, double odometry_ratio, bool trusts_odometry) const {
-    double sum = odometry_cost(map_, odometry_ratio, trusts_odometry);
-    const std::vector<double> chi2 = corner_chi2(map_.problem.bundle);
-    const double scale = noise_px_ * noise_px_ / (noise_px * noise_px);
-    for (std::size_t i = 0; i < chi2.size(); ++i) {
-      const bool good =
-          can_count(map_.problem.bundle.corners[i]) && chi2[i] * scale < options_.search.outlier_chi2;
-      sum += (good ? chi2[i] * scale : options_.search.outlier_chi2) / 2;
-    }
-    return sum;
+    return noise_px_ > kStartPx || contradicts_odometry(map_, options_.search.outlier_chi2);
   }
 
   [[nodiscard]] bool judges_odometry() const {
