@@ -311,13 +311,18 @@ double cost_of_explanation(const SceneMap& map, const ExplanationOptions& option
   constexpr double kCorners = 8;
   constexpr double kComponents = 6;
   constexpr int kMaxOfTag = 20;
-  constexpr int kOfSpan = 25;
+  constexpr int kOfFirstSpan = 25;
+  constexpr int kOfFurtherSpan = 75;
   const double of_rejected = (options.outlier_chi2 - kCorners) / 2;
   double sum = 0;
+  int contradicted = 0;
   for (const double x : chi2_of_spans(map, odometry_spans(map))) {
     const double chi2 = x / (options.odometry_ratio * options.odometry_ratio);
-    sum +=
-        options.trusts_odometry || chi2 <= kOdometryGate ? (chi2 - kComponents) / 2 : kOfSpan * of_rejected;
+    const bool counts = options.trusts_odometry || chi2 <= kOdometryGate;
+    if (counts)
+      sum += (chi2 - kComponents) / 2;
+    else
+      sum += (contradicted++ == 0 ? kOfFirstSpan : kOfFurtherSpan) * of_rejected;
   }
   const std::vector<double> chi2 = corner_chi2(map.problem.bundle);
   std::map<PoseIndex, int> rejected;

@@ -44,8 +44,8 @@ struct ExplanationOptions {
 
 /// Half the excess of chi-square over its expected value. Rejected observations of one tag cost no more than
 /// 20 of them, because such a tag may have been moved, or another tag may have its number. Unless odometry is
-/// trusted, each span that contradicts the observations costs as much as 25. So one tag cannot refute
-/// odometry, but two can.
+/// trusted, the first span that contradicts the observations costs as much as 25 of them, and each further
+/// one as much as 75. So one tag cannot refute odometry, but two can.
 [[nodiscard]] double cost_of_explanation(const SceneMap& map, const ExplanationOptions& options);
 
 /// If spans before and after some frames contradict the observations, but the odometry from the first to the
