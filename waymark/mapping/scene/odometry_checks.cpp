@@ -307,23 +307,44 @@ bool contradicts_odometry(const SceneMap& map, double outlier_chi2) {
          are_tags_rejected_together(map, rejected);
 }
 
+namespace {
+
+/// The cost of contradicted spans, in rejected observations.
+double cost_of_contradicted(const std::vector<double>& chi2) {
+  constexpr double kFirst = 25;
+  constexpr double kSecond = 75;
+  constexpr double kFurther = 20;
+  constexpr double kSameTime = 2;
+  constexpr std::size_t kClose = 5;  // spans
+  double cost = 0;
+  int times = 0;
+  std::optional<std::size_t> last;
+  for (std::size_t i = 0; i < chi2.size(); ++i) {
+    if (chi2[i] <= kOdometryGate) continue;
+    if (last && i - *last <= kClose)
+      cost += kSameTime;
+    else
+      cost += times == 0 ? kFirst : times == 1 ? kSecond : kFurther;
+    times += last && i - *last <= kClose ? 0 : 1;
+    last = i;
+  }
+  return cost;
+}
+
+}  // namespace
+
 double cost_of_explanation(const SceneMap& map, const ExplanationOptions& options) {
   constexpr double kCorners = 8;
   constexpr double kComponents = 6;
   constexpr int kMaxOfTag = 20;
-  constexpr int kOfFirstSpan = 25;
-  constexpr int kOfFurtherSpan = 75;
   const double of_rejected = (options.outlier_chi2 - kCorners) / 2;
+  std::vector<double> of_spans = chi2_of_spans(map, odometry_spans(map));
   double sum = 0;
-  int contradicted = 0;
-  for (const double x : chi2_of_spans(map, odometry_spans(map))) {
-    const double chi2 = x / (options.odometry_ratio * options.odometry_ratio);
-    const bool counts = options.trusts_odometry || chi2 <= kOdometryGate;
-    if (counts)
-      sum += (chi2 - kComponents) / 2;
-    else
-      sum += (contradicted++ == 0 ? kOfFirstSpan : kOfFurtherSpan) * of_rejected;
+  for (double& chi2 : of_spans) {
+    chi2 /= options.odometry_ratio * options.odometry_ratio;
+    if (options.trusts_odometry || chi2 <= kOdometryGate) sum += (chi2 - kComponents) / 2;
   }
+  if (!options.trusts_odometry) sum += cost_of_contradicted(of_spans) * of_rejected;
   const std::vector<double> chi2 = corner_chi2(map.problem.bundle);
   std::map<PoseIndex, int> rejected;
   for (std::size_t i = 0; i < chi2.size(); ++i) {
@@ -407,6 +428,21 @@ bool gate_odometry(SceneMap& map) {
 
 namespace {
 
+/// Rejected spans; those that follow each other are joined.
+std::vector<OdometrySpan> rejected_spans(const SceneMap& map) {
+  std::vector<OdometrySpan> rejected;
+  for (const OdometrySpan& span : odometry_spans(map)) {
+    if (joined(map, span).used) continue;
+    const bool follows = !rejected.empty() && rejected.back().last + 1 == span.first &&
+                         term_of(map, rejected.back().last).b == term_of(map, span.first).a;
+    if (follows)
+      rejected.back().last = span.last;
+    else
+      rejected.push_back(span);
+  }
+  return rejected;
+}
+
 void list_rejected_odometry(const SceneRecording& recording, SceneMap& map) {
   const auto time_s = [&](std::size_t frame) {
     return to_seconds(recording.frames[frame].stamp - recording.frames.front().stamp);
@@ -415,9 +451,8 @@ void list_rejected_odometry(const SceneRecording& recording, SceneMap& map) {
   for (std::size_t b = 0; b < map.problem.bodies.size(); ++b) {
     for (const PoseIndex pose : map.problem.bodies[b]) body_of[pose] = b;
   }
-  for (const OdometrySpan& span : odometry_spans(map)) {
+  for (const OdometrySpan& span : rejected_spans(map)) {
     const RelativeTerm term = joined(map, span);
-    if (term.used) continue;
     const std::vector<BundlePose>& poses = map.problem.bundle.poses;
     const SE3 off = term.factor.measured.inverse() * (poses[term.a].value.inverse() * poses[term.b].value);
     map.rejected_odometry.push_back({body_of[term.a], time_s(map.problem.odometry[span.first].from),

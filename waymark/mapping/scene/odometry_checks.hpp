@@ -44,8 +44,10 @@ struct ExplanationOptions {
 
 /// Half the excess of chi-square over its expected value. Rejected observations of one tag cost no more than
 /// 20 of them, because such a tag may have been moved, or another tag may have its number. Unless odometry is
-/// trusted, the first span that contradicts the observations costs as much as 25 of them, and each further
-/// one as much as 75. So one tag cannot refute odometry, but two can.
+/// trusted, spans that contradict the observations cost as much as 25 of them, so one tag cannot refute
+/// odometry, but two can. If there is a second such time, it costs as much as 75, because two motions that
+/// return to the same place may be tags of the same number; each further one costs 20. Spans that follow each
+/// other closely, as during a slip, cost 2 each.
 [[nodiscard]] double cost_of_explanation(const SceneMap& map, const ExplanationOptions& options);
 
 /// If spans before and after some frames contradict the observations, but the odometry from the first to the
