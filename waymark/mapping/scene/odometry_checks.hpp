@@ -7,7 +7,7 @@
 
 /// Odometry between frames is measured, so it can be wrong: a wheel slips, or a person moves the robot. Here,
 /// it is compared with the observations. The unit is a span: the steps of odometry between two successive
-/// frames in which observations in use place the body. Observations cannot tell which step of a span is
+/// frames in which observations in use place the body. Observations do not show which step of a span is
 /// wrong.
 namespace waymark {
 
