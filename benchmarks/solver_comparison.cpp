@@ -104,6 +104,7 @@ Problem linearized(const std::string& name, const Bundle& bundle) {
     add(r, {{term.pose, J}});
   }
   for (const RelativeTerm& term : bundle.relatives) {
+    if (!term.used) continue;
     Matrix6 J_a;
     Matrix6 J_b;
     const Vector6 r = relative_pose_residual(term.factor, pose(term.a), pose(term.b), &J_a, &J_b);

@@ -159,6 +159,10 @@ void parts(Like<OdometryScales> auto& value, auto&& apply) {
   auto& [distance, yaw, lateral_slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s] = value;
   apply(distance, yaw, lateral_slip_s, camera_latency_s, turn_lead_s, yaw_bias_rad_s);
 }
+void parts(Like<WrongSize> auto& value, auto&& apply) {
+  auto& [tag, given_m, found_m, sigma_m, deviations] = value;
+  apply(tag, given_m, found_m, sigma_m, deviations);
+}
 void parts(Like<LoopClosure> auto& value, auto&& apply) {
   auto& [tag, away_s, way_m, before_m, before_rad, after_m] = value;
   apply(tag, away_s, way_m, before_m, before_rad, after_m);
@@ -174,12 +178,12 @@ void parts(Like<MountingEstimate> auto& value, auto&& apply) {
         focal_scale_sigma);
 }
 void parts(Like<BundleFigures> auto& value, auto&& apply) {
-  auto& [start_map, start_trajectory, iterations, rms_px, noise_ratio, correlated_frames, rejected, left_out,
-         odometry_scales, odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used,
-         turn_noise, turns_by_gyro, without_gyro_share] = value;
-  apply(start_map, start_trajectory, iterations, rms_px, noise_ratio, correlated_frames, rejected, left_out,
-        odometry_scales, odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used,
-        turn_noise, turns_by_gyro, without_gyro_share);
+  auto& [start_map, start_trajectory, iterations, rms_px, noise_ratio, wrong_sizes, size_spread,
+         correlated_frames, rejected, left_out, odometry_scales, odometry_scales_sigma, prior_agreeing,
+         moved_m, loop, mounting, mounting_used, turn_noise, turns_by_gyro, without_gyro_share] = value;
+  apply(start_map, start_trajectory, iterations, rms_px, noise_ratio, wrong_sizes, size_spread,
+        correlated_frames, rejected, left_out, odometry_scales, odometry_scales_sigma, prior_agreeing,
+        moved_m, loop, mounting, mounting_used, turn_noise, turns_by_gyro, without_gyro_share);
 }
 void parts(Like<MappedLap> auto& value, auto&& apply) {
   auto& [map, observations, trajectory, trajectory_covariance, route, route_repeated_m, frames,

@@ -14,6 +14,7 @@
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/app/scene/scene_recording.hpp"
+#include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/exchange/tagslam.hpp"
 #include "waymark/config/exchange/trajectory_file.hpp"
@@ -78,7 +79,9 @@ Trajectory trajectory_of(const SceneRecording& recording, const SceneMap& map, s
   for (const CornerTerm& term : map.problem.bundle.corners) {
     if (term.used) tied[term.rig] = tied[term.body] = 1;
   }
-  for (const RelativeTerm& term : map.problem.bundle.relatives) tied[term.a] = tied[term.b] = 1;
+  for (const RelativeTerm& term : map.problem.bundle.relatives) {
+    if (term.used) tied[term.a] = tied[term.b] = 1;
+  }
   Trajectory trajectory;
   for (std::size_t f = 0; f < recording.frames.size(); ++f) {
     const PoseIndex pose = map.problem.bodies[body][f];
@@ -277,6 +280,20 @@ ReportFields fields(const SceneCut& cut) {
           {"observations", "Number of observations", cut.observations}};
 }
 
+ReportFields fields(const OdometryLink& link) {
+  return {{"ids", "Tags of this group", numbers_of(link.beyond)},
+          {"length_m", "Length of the shortest connection", link.length_m},
+          {"frames", "Number of frames in it", link.frames}};
+}
+
+ReportFields fields(const RejectedOdometry& rejected) {
+  return {{"from_s", "Start, since the first frame", rejected.from_s},
+          {"to_s", "End", rejected.to_s},
+          {"off_m", "Difference between the odometry and the map", rejected.off_m},
+          {"off_deg", "Difference between their rotations", to_degrees(rejected.off_rad)},
+          {"chi2", "Squared normalised difference, with 6 degrees of freedom", rejected.chi2}};
+}
+
 ReportFields fields(const CostAtValues& cost) {
   return {
       {"cost", "Cost of the other solution in TagSLAM's model", cost.cost},
@@ -313,6 +330,13 @@ ReportFields fields(const MapSceneReport& report) {
       {"left_out_cuts",
        "Parts that are not connected, because the observations that would connect them are unconfirmed",
        map.left_out_cuts},
+      {"odometry_links", "Groups of tags that odometry alone connects to the others, largest first",
+       map.odometry_links},
+      {"rejected_odometry",
+       "Odometry that contradicts the observations and is not used, with the largest contradiction first",
+       map.rejected_odometry},
+      {"odometry_noise_ratio", "Estimated noise of odometry relative to the given noise, at least 1",
+       map.odometry_ratio},
       {"wrong_sizes", "Tags whose given size contradicts the observations; the map has the size found",
        map.wrong_sizes},
       {"moved_tags", "Tags that were moved during the recording; the map has their last pose",

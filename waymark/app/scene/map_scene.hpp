@@ -67,6 +67,8 @@ struct MapSceneReport {
 /// The content of `--json` and summary.json.
 [[nodiscard]] ReportFields fields(const MapSceneReport& report);
 [[nodiscard]] ReportFields fields(const SceneCut& cut);
+[[nodiscard]] ReportFields fields(const OdometryLink& link);
+[[nodiscard]] ReportFields fields(const RejectedOdometry& rejected);
 [[nodiscard]] ReportFields fields(const CostAtValues& cost);
 /// The printed report for a map in this folder.
 [[nodiscard]] std::string to_text(const MapSceneReport& report, const std::string& folder);

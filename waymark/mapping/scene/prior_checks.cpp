@@ -67,7 +67,10 @@ void connect_measurements(const SceneMap& map, ConnectedPoses& connected) {
       if (!cameras.contains(term.a) && !cameras.contains(term.b)) connected.connect(term.a, term.b);
     }
   };
-  connect_all(bundle.relatives);
+  for (const RelativeTerm& term : bundle.relatives) {
+    if (term.used && !cameras.contains(term.a) && !cameras.contains(term.b))
+      connected.connect(term.a, term.b);
+  }
   connect_all(bundle.pair_priors);
   connect_all(bundle.distances);
   connect_all(bundle.odometry);

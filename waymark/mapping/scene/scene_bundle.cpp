@@ -245,7 +245,8 @@ class MotionNoise {
 };
 
 void add_odometry(const SceneBody& body, const std::vector<const SceneOdometry*>& samples,
-                  const SceneRecording& recording, const std::vector<PoseIndex>& poses, Bundle& bundle) {
+                  const SceneRecording& recording, const std::vector<PoseIndex>& poses,
+                  SceneBundle& problem) {
   const std::vector<SceneFrame>& frames = recording.frames;
   MotionNoise noise(body.odometry);
   OdometryInTime sensor(samples, recording.nearest_odometry);
@@ -257,7 +258,9 @@ void add_odometry(const SceneBody& body, const std::vector<const SceneOdometry*>
     if (last) {
       const SE3 motion = body.body_T_odom * last->inverse() * *now * body.body_T_odom.inverse();
       const double dt_s = to_seconds(frames[i].stamp - frames[last_frame].stamp);
-      bundle.relatives.push_back({poses[last_frame], poses[i], {motion, {}, noise.whitening(motion, dt_s)}});
+      problem.odometry.push_back({problem.bundle.relatives.size(), last_frame, i});
+      problem.bundle.relatives.push_back(
+          {poses[last_frame], poses[i], {motion, {}, noise.whitening(motion, dt_s)}});
     }
     last = now;
     last_frame = i;
@@ -273,7 +276,7 @@ void add_motion(const TagScene& scene, const SceneRecording& recording, SceneBun
       if (sample.body == b && (samples.empty() || samples.back()->stamp < sample.stamp))
         samples.push_back(&sample);
     }
-    if (!samples.empty()) add_odometry(body, samples, recording, problem.bodies[b], problem.bundle);
+    if (!samples.empty()) add_odometry(body, samples, recording, problem.bodies[b], problem);
     if (!samples.empty() || !body.stays_put) continue;
     MotionNoise noise(*body.stays_put);
     for (std::size_t i = 1; i < recording.frames.size(); ++i) {

@@ -32,6 +32,12 @@ struct SceneObservations {
 /// unlisted ids to `scene`.
 [[nodiscard]] SceneObservations observations_of(const SceneRecording& recording, TagScene& scene);
 
+/// Measured motion of a body between two successive frames with odometry.
+struct OdometryStep {
+  std::size_t term = 0;          ///< index into Bundle::relatives
+  std::size_t from = 0, to = 0;  ///< frames
+};
+
 /// The scene as a least-squares problem. Initial poses are the means of their priors or, without a prior, the
 /// identity.
 struct SceneBundle {
@@ -42,6 +48,7 @@ struct SceneBundle {
   std::vector<std::vector<PoseIndex>> tags{};     ///< body_T_tag for each body and tag
   std::vector<std::vector<std::size_t>> sizes{};  ///< index into Bundle::sizes for each body and tag
   std::vector<char> moves{};                      ///< for each pose, whether it belongs to a single frame
+  std::vector<OdometryStep> odometry{};           ///< for one body after the other, in order of time
 
   [[nodiscard]] PoseIndex body_at(std::size_t body, std::size_t frame) const {
     return bodies[body].size() == 1 ? bodies[body].front() : bodies[body][frame];

@@ -9,6 +9,7 @@
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/scene/misread_ids.hpp"
 #include "waymark/mapping/scene/moved_tags.hpp"
+#include "waymark/mapping/scene/odometry_checks.hpp"
 #include "waymark/mapping/scene/place_poses.hpp"
 #include "waymark/mapping/scene/prior_checks.hpp"
 #include "waymark/mapping/scene/rolling_corners.hpp"
@@ -56,30 +57,53 @@ std::vector<KnownPose> known_poses(const TagScene& scene, const SceneBundle& pro
 }
 
 class Search {
+  /// A state of the search that can be returned to.
+  struct State {
+    Bundle bundle{};
+    std::vector<char> placed{};
+    std::vector<KnownPose> known{};
+    BundleSummary summary{};
+    double noise_px = 0;
+  };
+
  public:
   Search(const SceneRecording& recording, const SceneMapOptions& options, const MapProgress& progress,
          SceneMap& map)
       : recording_(recording), options_(options), progress_(progress), map_(map) {}
 
-  /// Minimises the robust cost, starting from the placed poses, and moves poses that are in a wrong local
-  /// minimum.
+  /// Places all poses and minimises the robust cost. Trusts odometry first, because it refutes misread ids.
+  /// If it then contradicts the observations, searches again with a robust loss for odometry too, and keeps
+  /// the more probable result.
   void search_coarsely() {
     Bundle& bundle = map_.problem.bundle;
     if (options_.model == SceneModel::Waymark) std::swap(distances_, bundle.point_distances);
-    for (bool weak : {false, true}) {
-      known_ = known_poses(map_.scene, map_.problem, weak);
-      place();
-      if (std::ranges::any_of(bundle.corners, &CornerTerm::used)) break;
-    }
-    set_corner_noise(kStartPx);
-    replace_contradicted(bundle, map_.placed, known_, kCoarseChi2);
-    // Errors are large far from the optimum, so the outlier threshold is decreased in steps.
-    for (double chi2 : {100 * kCoarseChi2, kCoarseChi2}) find(chi2, 15, "rejecting outliers", kCoarseGain);
-    for (int round = 0; round < kRounds && goes_on(); ++round) {
-      find(options_.search.robust_chi2, 10, "rejecting outliers", kCoarseGain);
-      set_corner_noise(noise_px_ * noise_ratio());
-      if (replace_contradicted(bundle, map_.placed, known_, options_.search.outlier_chi2) == 0) break;
-    }
+    const Bundle start = judges_odometry() ? bundle : Bundle();
+    search_from_placed();
+    if (!judges_odometry() || !goes_on() || !is_odometry_in_question()) return;
+    trusts_odometry_ = true;
+    adjust_until_stable();
+    trusts_odometry_ = false;
+    if (!goes_on() || !is_odometry_in_question()) return;
+    const State trusted = state();
+    bundle = start;
+    judge_odometry(map_);
+    search_from_placed();
+    restore_contradicted_frames(map_);
+    adjust_until_stable();
+    if (map_.summary.stopped) return;
+    const double noise_px = std::min(noise_px_, trusted.noise_px);
+    const double ratio = map_.odometry_ratio;
+    const auto cost_now = [&](bool trusts) {
+      return cost_of_explanation(
+          map_, {noise_px / noise_px_, ratio / map_.odometry_ratio, options_.search.outlier_chi2, trusts});
+    };
+    const double by_judging = cost_now(false);
+    State judged = state();
+    go_to(trusted);
+    map_.odometry_ratio = 1;
+    if (cost_now(true) <= by_judging) return;
+    go_to(std::move(judged));
+    map_.odometry_ratio = ratio;
   }
 
   /// Minimises TagSLAM's cost over all observations.
@@ -94,7 +118,9 @@ class Search {
   /// Estimates the corner noise and other free parameters from the observations.
   void adjust_with_estimated_noise() {
     adjust_until_stable();
+    estimate_odometry_noise();
     explain_contradictions();
+    estimate_odometry_noise();
     if (goes_on() && correct_misread_ids(map_, options_.search.outlier_chi2) > 0) adjust_until_stable();
     add_planes(map_.scene, map_.problem, map_.placed);
     known_.resize(map_.placed.size());
@@ -119,6 +145,15 @@ class Search {
       const bool changed = gate_observations();
       if (!changed && !moved && round > 0) break;
       find(0, options_.search.max_iterations, "adjusting", kRoughGain);
+    }
+  }
+
+  void estimate_odometry_noise() {
+    constexpr double kSmallChange = 0.05;
+    for (int round = 0; round < kRounds && goes_on() && judges_odometry(); ++round) {
+      const double factor = multiply_odometry_noise(map_, odometry_ratio(map_));
+      if (std::abs(factor - 1) < kSmallChange) break;
+      adjust_until_stable();
     }
   }
 
@@ -205,24 +240,6 @@ class Search {
       return !term.used && can_count(term) && !term.unconfirmed;
     });
     return cost(bundle) + static_cast<double>(rejected) * options_.search.outlier_chi2 / 2;
-  }
-
-  /// A state of the search that can be returned to.
-  struct State {
-    Bundle bundle{};
-    double noise_px = 0;
-    BundleSummary summary{};
-  };
-
-  [[nodiscard]] State state() const { return {map_.problem.bundle, noise_px_, map_.summary}; }
-
-  void go_to(State state) {
-    map_.problem.bundle = std::move(state.bundle);
-    noise_px_ = state.noise_px;
-    if (!map_.summary.stopped) map_.summary = std::move(state.summary);
-    // Only earlier poses of moved tags are added or removed.
-    map_.placed.resize(map_.problem.bundle.poses.size(), 1);
-    map_.problem.moves.resize(map_.problem.bundle.poses.size(), 0);
   }
 
   /// An explanation of the contradictions of one tag.
@@ -463,6 +480,50 @@ class Search {
 
   [[nodiscard]] bool goes_on() const { return map_.summary.usable(); }
 
+  [[nodiscard]] State state() const {
+    return {map_.problem.bundle, map_.placed, known_, map_.summary, noise_px_};
+  }
+
+  void go_to(State state) {
+    map_.problem.bundle = std::move(state.bundle);
+    map_.placed = std::move(state.placed);
+    map_.problem.moves.resize(map_.placed.size(), 0);  // only tags' earlier poses are added or removed
+    known_ = std::move(state.known);
+    noise_px_ = state.noise_px;
+    if (!map_.summary.stopped) map_.summary = std::move(state.summary);
+  }
+
+  /// Minimises the robust cost, starting from the placed poses, and moves poses that are in a wrong local
+  /// minimum.
+  void search_from_placed() {
+    Bundle& bundle = map_.problem.bundle;
+    for (bool weak : {false, true}) {
+      known_ = known_poses(map_.scene, map_.problem, weak);
+      place();
+      if (std::ranges::any_of(bundle.corners, &CornerTerm::used)) break;
+    }
+    set_corner_noise(kStartPx);
+    replace_contradicted(bundle, map_.placed, known_, kCoarseChi2);
+    // Errors are large far from the optimum, so the outlier threshold is decreased in steps.
+    for (double chi2 : {100 * kCoarseChi2, kCoarseChi2}) find(chi2, 15, "rejecting outliers", kCoarseGain);
+    for (int round = 0; round < kRounds && goes_on(); ++round) {
+      find(options_.search.robust_chi2, 10, "rejecting outliers", kCoarseGain);
+      set_corner_noise(noise_px_ * noise_ratio());
+      if (judges_odometry() && map_.problem.bundle.relatives[map_.problem.odometry.front().term].robust)
+        multiply_odometry_noise(map_, std::max(rough_odometry_ratio(map_), 1.0));
+      if (replace_contradicted(bundle, map_.placed, known_, options_.search.outlier_chi2) == 0) break;
+    }
+  }
+
+  /// Whether odometry may be the cause of errors, after a search that trusts it.
+  [[nodiscard]] bool is_odometry_in_question() const {
+    return noise_px_ > kStartPx || contradicts_odometry(map_, options_.search.outlier_chi2);
+  }
+
+  [[nodiscard]] bool judges_odometry() const {
+    return options_.model == SceneModel::Waymark && has_odometry(map_);
+  }
+
   void find(double robust_chi2, int steps, const char* stage, double relative_gain = kFineGain) {
     if (!goes_on()) return;
     const BundleOptions search{
@@ -505,8 +566,9 @@ class Search {
     double unknowns = 0;
     for (std::size_t i = 0; i < map_.problem.bundle.poses.size(); ++i)
       unknowns += map_.placed[i] != 0 && !map_.problem.bundle.poses[i].fixed ? 6 : 0;
+    const auto motions = std::ranges::count_if(map_.problem.bundle.relatives, &RelativeTerm::used);
     numbers +=
-        6.0 * static_cast<double>(map_.problem.bundle.priors.size() + map_.problem.bundle.relatives.size());
+        6.0 * static_cast<double>(map_.problem.bundle.priors.size() + static_cast<std::size_t>(motions));
     constexpr std::size_t kMinCorners = 50;
     const double share = 1 - unknowns / std::max(numbers, 1.0);
     if (chi2.size() < kMinCorners || share < 0.05) return 1;
@@ -534,6 +596,7 @@ class Search {
       changed = changed || used != bundle.corners[i].used;
       bundle.corners[i].used = used;
     }
+    if (judges_odometry() && !trusts_odometry_) changed = gate_odometry(map_) || changed;
     return changed;
   }
 
@@ -547,6 +610,7 @@ class Search {
   double noise_px_ = kStartPx;
   std::vector<std::pair<std::size_t, PosePriorFactor>> loosened_priors_{};  ///< index and given factor
   std::vector<std::pair<LikelyMove, PoseIndex>> moves_{};                   ///< with the earlier pose
+  bool trusts_odometry_ = false;                                            ///< while odometry is not gated
 };
 
 /// Excludes unlisted tags with few observations, because a wrong id usually occurs only once.

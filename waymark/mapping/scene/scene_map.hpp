@@ -59,6 +59,21 @@ struct MovedTag {
   double distance_m = 0, angle_rad = 0;         ///< between the two poses
 };
 
+/// Odometry that contradicts the observations before and after it. The map does not use it there.
+struct RejectedOdometry {
+  std::size_t body = 0;
+  double from_s = 0, to_s = 0;  ///< since the first frame
+  double off_m = 0, off_rad = 0;
+  double chi2 = 0;  ///< with 6 degrees of freedom and the estimated noise
+};
+
+/// Tags that odometry alone connects to the others. Nothing can detect an error of that odometry.
+struct OdometryLink {
+  std::vector<TagId> beyond{};
+  double length_m = 0;  ///< of the shortest connection
+  int frames = 0;       ///< number of odometry steps in it
+};
+
 /// Given and estimated parameters of a camera.
 struct FoundIntrinsics {
   std::size_t camera = 0;
@@ -92,10 +107,13 @@ struct SceneMap {
   std::vector<MovedTag> moved_tags{};    ///< their last pose is in the map
   double assumed_size_spread = 0;        ///< SearchOptions::tag_size_sigma_percent as a share
   double size_spread = 0;                ///< relative standard deviation of the other printed sizes
-  double size_scale = 1;               ///< common factor for all tag sizes, estimated if distances are given
-  double size_sigma = 0;               ///< standard deviation of size_scale; 0 if it was not estimated
-  double size_prior_sigma = 0.005;     ///< prior standard deviation of size_scale
-  std::vector<Vector6> by_size{};      ///< d(pose) / d(size_scale), already included in `covariance`
+  double size_scale = 1;            ///< common factor for all tag sizes, estimated if distances are given
+  double size_sigma = 0;            ///< standard deviation of size_scale; 0 if it was not estimated
+  double size_prior_sigma = 0.005;  ///< prior standard deviation of size_scale
+  std::vector<Vector6> by_size{};   ///< d(pose) / d(size_scale), already included in `covariance`
+  double odometry_ratio = 1;        ///< ratio of estimated to given noise of odometry, at least 1
+  std::vector<RejectedOdometry> rejected_odometry{};  ///< the largest first
+  std::vector<OdometryLink> odometry_links{};         ///< the group with the most tags first
   double correlated_frames = 1;        ///< this many images count as one, because corner errors last
   std::vector<TagId> rejected_tags{};  ///< not in the map: unlisted and observed too rarely, or inconsistent
 

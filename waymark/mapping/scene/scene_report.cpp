@@ -15,6 +15,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/scene/moved_tags.hpp"
+#include "waymark/mapping/scene/odometry_checks.hpp"
 #include "waymark/mapping/scene/pixel_shift.hpp"
 #include "waymark/mapping/scene/prior_checks.hpp"
 #include "waymark/mapping/scene/scene_calibration.hpp"
@@ -209,6 +210,7 @@ void report_scene(const SceneRecording& recording, SceneMap& map) {
   list_unconnected(map);
   list_thin_cuts(map);
   map.prior_only = tags_on_prior_alone(map);
+  report_odometry(recording, map);
 }
 
 namespace {
@@ -417,6 +419,34 @@ void warn_of_thin_cuts(const SceneMap& map, std::vector<std::string>& warnings) 
     warnings.push_back(names_of(map.undetermined) + ": pose not determined by the observations");
 }
 
+void warn_of_odometry(const SceneMap& map, std::vector<std::string>& warnings) {
+  constexpr double kClearlyNoisier = 2;
+  if (map.odometry_ratio > kClearlyNoisier)
+    warnings.push_back(fmt::format("odometry is {:.1f} times noisier than stated; the map uses this noise",
+                                   map.odometry_ratio));
+  if (!map.rejected_odometry.empty()) {
+    const RejectedOdometry& worst = map.rejected_odometry.front();
+    const std::size_t others = map.rejected_odometry.size() - 1;
+    warnings.push_back(fmt::format(
+        "odometry between {:.2f} s and {:.2f} s contradicts the tags by {:.3f} m and {:.2f} deg{}; it is not "
+        "used there",
+        worst.from_s, worst.to_s, worst.off_m, to_degrees(worst.off_rad),
+        others == 0   ? ""
+        : others == 1 ? ", and at one other time by less"
+                      : fmt::format(", and at {} other times by less", others)));
+  }
+  for (std::size_t i = 0; i < std::min(map.odometry_links.size(), kMaxLines); ++i) {
+    const OdometryLink& link = map.odometry_links[i];
+    warnings.push_back(fmt::format(
+        "{}: connected to the other tags by odometry alone (at least {:.1f} m, {} frame{}); an error of "
+        "odometry there is not in the stated deviations. Film both groups in one image",
+        names_of(link.beyond), link.length_m, link.frames, link.frames == 1 ? "" : "s"));
+  }
+  if (map.odometry_links.size() > kMaxLines)
+    warnings.push_back(fmt::format("{} more groups of tags are connected by odometry alone",
+                                   map.odometry_links.size() - kMaxLines));
+}
+
 void warn_of_misread_ids(const SceneMap& map, std::vector<std::string>& warnings) {
   const std::size_t all = map.corrected_ids.size();
   if (all == 0) return;
@@ -442,6 +472,7 @@ std::vector<std::string> scene_warnings(const SceneMap& map) {
   warn_of_tags(map, warnings);
   warn_of_prior_only(map, warnings);
   warn_of_thin_cuts(map, warnings);
+  warn_of_odometry(map, warnings);
   warn_of_misread_ids(map, warnings);
   return warnings;
 }

@@ -173,6 +173,32 @@ TEST(SceneWarnings, NameTagsThatOnlyTheirPriorPlaces) {
   EXPECT_THAT(scene_warnings(map), ElementsAre(AllOf(StartsWith("tags 3, 7:"), HasSubstr("4 observations"))));
 }
 
+TEST(SceneWarnings, ReportWrongOdometryInOneSentence) {
+  SceneMap map = good_map();
+  map.odometry_ratio = 2;
+  EXPECT_THAT(scene_warnings(map), IsEmpty());
+  map.odometry_ratio = 3.14;
+  map.rejected_odometry = {{1, 44.9, 45, 2.002, 0.003, 1e6}};
+  EXPECT_THAT(scene_warnings(map),
+              ElementsAre(HasSubstr("3.1 times noisier"), AllOf(HasSubstr("between 44.90 s and 45.00 s"),
+                                                                HasSubstr("by 2.002 m and 0.17 deg;"))));
+  expect_on_scene_page(map);
+  map.rejected_odometry.resize(4);
+  EXPECT_THAT(scene_warnings(map), Contains(HasSubstr("0.17 deg, and at 3 other times")));
+  expect_on_scene_page(map);
+}
+
+TEST(SceneWarnings, NameTagsThatOdometryAloneConnects) {
+  SceneMap map = good_map();
+  map.odometry_links = {{tags({4, 5, 6, 7}), 2.55, 51}};
+  EXPECT_THAT(scene_warnings(map),
+              ElementsAre(AllOf(StartsWith("tags 4-7:"), HasSubstr("2.5 m, 51 frames"))));
+  expect_on_scene_page(map);
+  map.odometry_links.resize(7, map.odometry_links[0]);
+  EXPECT_THAT(scene_warnings(map), AllOf(SizeIs(6), Contains(HasSubstr("2 more groups"))));
+  expect_on_scene_page(map);
+}
+
 TEST(SceneWarnings, CountMisreadIdsAndListSome) {
   SceneMap map = good_map();
   map.corrected_ids = {{3, rig_tag(7), rig_tag(2)}};

@@ -79,10 +79,15 @@ class Accumulator {
   }
 
   void operator()(const RelativeTerm& term) {
+    if (!term.used) return;
     Matrix6 J_a;
     Matrix6 J_b;
     const Vector6 r = relative_pose_residual(term.factor, pose(term.a), pose(term.b), &J_a, &J_b);
-    add(r, std::array<Part, 2>{{{at(term.a), J_a}, {at(term.b), J_b}}});
+    const std::array<Part, 2> parts{{{at(term.a), J_a}, {at(term.b), J_b}}};
+    if (!term.robust || !(robust_chi2_ > 0)) return add(r, parts);
+    const double ratio = r.squaredNorm() / robust_chi2_;
+    cost_ += robust_chi2_ * std::log1p(ratio) / 2;
+    if (system_ != nullptr) system_->add(parts, r, 1 / (1 + ratio));
   }
 
   void operator()(const OdometryTerm& term) {
@@ -214,7 +219,9 @@ void for_poses_of_terms(const Bundle& bundle, const Visit& visit) {
   }
   for (const PriorTerm& t : bundle.priors) visit(std::array{t.pose});
   for (const PairPriorTerm& t : bundle.pair_priors) visit(std::array{t.a, t.b});
-  for (const RelativeTerm& t : bundle.relatives) visit(std::array{t.a, t.b});
+  for (const RelativeTerm& t : bundle.relatives) {
+    if (t.used) visit(std::array{t.a, t.b});
+  }
   for (const OdometryTerm& t : bundle.odometry) visit(std::array{t.a, t.b});
   for (const OnFloorTerm& t : bundle.on_floor) visit(std::array{t.floor, t.base});
   for (const DistanceTerm& t : bundle.distances) visit(std::array{t.a, t.b});

@@ -62,6 +62,8 @@ struct PairPriorTerm {
 struct RelativeTerm {
   PoseIndex a = 0, b = 0;
   RelativePoseFactor factor{};
+  bool robust = false;  ///< whether the robust loss applies to it as to the corners
+  bool used = true;     ///< false for an outlier, which does not add to the cost
 };
 /// Wheel odometry. `scales`: index into Bundle::odometry_scales.
 struct OdometryTerm {
@@ -241,8 +243,8 @@ struct Unknowns {
 [[nodiscard]] Unknowns unknowns_of(const Bundle& bundle);
 
 /// Adds every term in use to the system; computes only the cost if `system` is nullptr. Applies the Cauchy
-/// loss with scale robust_chi2 to the tags, as reweighted least squares. Returns the cost, which is infinite
-/// if a tag of a corner term in use is not visible.
+/// loss with scale robust_chi2 to the tags and to robust relative terms, as reweighted least squares. Returns
+/// the cost, which is infinite if a tag of a corner term in use is not visible.
 double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system);
 
 /// Applies a step of the system. Poses are multiplied by the exponential of the step on the left; for scales,

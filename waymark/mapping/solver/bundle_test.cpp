@@ -566,5 +566,27 @@ TEST(BundleLaws, InvalidCameraParametersAreRejected) {
   EXPECT_TRUE(free.intrinsics[0].possible);
 }
 
+TEST(Bundle, ARelativeTermCanBeRobustOrUnused) {
+  const auto solved_x = [](bool robust, bool used) {
+    Bundle bundle;
+    const PoseIndex a = bundle.add({}, true);
+    const PoseIndex b = bundle.add(SE3({}, Eigen::Vector3d(1, 0, 0)));
+    for (const double x : {1.0, 1.0, 1.0, 9.0}) {
+      const bool wrong = x > 1;
+      bundle.relatives.push_back(
+          {.a = a,
+           .b = b,
+           .factor = {SE3({}, Eigen::Vector3d(x, 0, 0)), {}, 100 * Matrix6::Identity()},
+           .robust = robust,
+           .used = used || !wrong});
+    }
+    EXPECT_TRUE(solve(bundle, {.robust_chi2 = 12}).usable());
+    return bundle.poses[b].value.translation().x();
+  };
+  EXPECT_NEAR(solved_x(false, true), 3, 1e-6) << "the mean";
+  EXPECT_NEAR(solved_x(true, true), 1, 0.001);
+  EXPECT_NEAR(solved_x(true, false), 1, 1e-9);
+}
+
 }  // namespace
 }  // namespace waymark
