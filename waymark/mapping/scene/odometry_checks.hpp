@@ -45,14 +45,14 @@ struct ExplanationOptions {
 /// Half the excess of chi-square over its expected value. Rejected observations of one tag cost no more than
 /// 20 of them, because such a tag may have been moved, or another tag may have its number. Unless odometry is
 /// trusted, spans that contradict the observations cost as much as 25 of them, so one tag cannot refute
-/// odometry, but two can. If there is a second such time, it costs as much as 75, because two motions that
-/// return to the same place may be tags of the same number; each further one costs 20. Spans that follow each
+/// odometry, but two can. A second such time costs as much as 75, because two motions that
+/// return to the same place may be tags of the same number. Each further one costs 20. Spans that follow each
 /// other closely, as during a slip, cost 2 each.
 [[nodiscard]] double cost_of_explanation(const SceneMap& map, const ExplanationOptions& options);
 
-/// If spans before and after some frames contradict the observations, but the odometry from the first to the
-/// last of these spans does not, the observations in these frames are wrong. Places the frames by odometry
-/// and stops using these observations.
+/// Spans before and after some frames may contradict the observations, although the odometry from the first
+/// to the last of these spans does not. The observations in these frames are then wrong. Places the frames by
+/// odometry and stops using these observations.
 void restore_contradicted_frames(SceneMap& map);
 
 /// Rejects spans that contradict the observations, and uses those again that do not. A span that alone

@@ -18,7 +18,7 @@ struct PriorContradiction {
 };
 
 /// Compares a given pose with the other information on it, at a chance of one in a thousand. The estimate
-/// lies between the two, so the difference is divided by the share of the given pose in the estimate: in
+/// lies between the two, so the difference is divided by the share of the given pose in the estimate. In
 /// units of the prior, the estimate's residual r has the covariance I - V, with V the estimate's covariance.
 /// `covariance`: of the estimate, in the left tangent.
 [[nodiscard]] std::optional<PriorContradiction> contradiction(const PosePriorFactor& given,

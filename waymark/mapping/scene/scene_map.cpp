@@ -157,8 +157,8 @@ class Search {
     }
   }
 
-  /// Estimates the spread of printed sizes, and finds the tags that contradict the map: those of another size
-  /// than given, those with a wrong given pose, and those that were moved.
+  /// Estimates the spread of printed sizes, and finds the tags that contradict the map. They have another
+  /// size than given or a wrong given pose, or they were moved.
   void explain_contradictions() {
     if (!(options_.search.tag_size_sigma_percent > 0) || !goes_on()) return;
     count_correlated();
