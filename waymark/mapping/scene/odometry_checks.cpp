@@ -106,6 +106,7 @@ EstimatedMotions estimated_motions(const SceneMap& map, std::vector<RelativeTerm
   const Bundle& bundle = map.problem.bundle;
   EstimatedMotions result{.terms = std::move(terms)};
   std::vector<std::pair<PoseIndex, PoseIndex>> pairs;
+  pairs.reserve(result.terms.size());
   for (const RelativeTerm& term : result.terms) pairs.emplace_back(term.a, term.b);
   const BundleCovariance P = covariance(bundle, pairs);
   for (std::size_t i = 0; i < result.terms.size(); ++i) {

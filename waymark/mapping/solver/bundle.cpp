@@ -507,6 +507,7 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   if (unknowns.dimensions.empty()) return result;
   result.pairs.assign(pairs.size(), Matrix6::Zero());
   std::vector<std::pair<int, int>> wanted;
+  wanted.reserve(pairs.size());
   for (const auto& [a, b] : pairs) wanted.emplace_back(unknowns.of_pose[a], unknowns.of_pose[b]);
   const auto both = [](const std::pair<int, int>& pair) { return pair.first >= 0 && pair.second >= 0; };
   std::ranges::copy_if(wanted, std::back_inserter(unknowns.couplings), both);
@@ -549,6 +550,7 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
     return result;
   }
   std::vector<std::pair<int, int>> diagonal;
+  diagonal.reserve(static_cast<std::size_t>(system.unknowns()));
   for (int u = 0; u < system.unknowns(); ++u) diagonal.emplace_back(u, u);
   const std::size_t all = diagonal.size();
   std::ranges::copy_if(wanted, std::back_inserter(diagonal), both);
