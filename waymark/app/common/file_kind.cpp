@@ -325,7 +325,7 @@ constexpr std::array kFileKinds = {
             "`waymark world import {0} output=world.yaml` converts it to a world."},
     KindRow{FileKind::Document, "a figure or a page", is::document, 0, "No verb reads it."},
 
-    KindRow{FileKind::Trajectory, "a trajectory (TUM)", is::trajectory,
+    KindRow{FileKind::TumTrajectory, "a trajectory (TUM)", is::trajectory,
             uses_of(Use::Estimate, Use::Reference), "`waymark evaluate` compares it with another one."},
     KindRow{FileKind::CsvLog, "a table with a time column", is::csv_log, kOfTable,
             "`waymark info {0}` lists its contents, `waymark convert {0} out.mcap` makes it a recording."},

@@ -47,12 +47,12 @@ enum class FileKind : std::uint8_t {
   TopicProfile,  ///< topics of a robot that uses ROS 2 or Gazebo
   Detections,    ///< output of `waymark detect --json`
   Document,      ///< SVG, PDF or HTML
-  Trajectory,    ///< TUM format
-  CsvLog,        ///< a table with a time column
-  TrueCorners,   ///< a table with the columns image, id, x0 …
-  Points,        ///< a table with the columns id, x, y
-  Path,          ///< a table with the columns x, y
-  Table,         ///< any other table
+  TumTrajectory,
+  CsvLog,       ///< a table with a time column
+  TrueCorners,  ///< a table with the columns image, id, x0 …
+  Points,       ///< a table with the columns id, x, y
+  Path,         ///< a table with the columns x, y
+  Table,        ///< any other table
 };
 
 /// What a file is used for. The comments name the function that reads it.
