@@ -329,8 +329,8 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
     control.progress({fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost)});
     return !control.cancelled();
   };
-  Result<SceneMap> map = map_scene(
-      *scene, recording, {.search = job.search, .size_sigma = relative_size_sigma(job)}, progress);
+  Result<SceneMap> map =
+      map_scene(*scene, recording, {.search = job.search, .size_sigma = relative_size_sigma(job)}, progress);
   if (control.cancelled())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
