@@ -1,5 +1,4 @@
 #include "waymark/app/map/map_recording.hpp"
-#include "waymark/app/common/wrong_size_fields.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/app/common/shell_word.hpp"
+#include "waymark/app/common/wrong_size_fields.hpp"
 #include "waymark/app/map/map_extension.hpp"
 #include "waymark/app/map/recording_sketch.hpp"
 #include "waymark/base/angles.hpp"

@@ -20,6 +20,7 @@
 #include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml/map_file.hpp"
+#include "waymark/mapping/scene/moved_tags.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
 
 namespace waymark {
@@ -65,7 +66,8 @@ MapFile map_file(const MapSceneJob& job, const SceneMap& map) {
                                          at_most_unknown(map.covariance.poses[of_body] +
                                                          Ad * map.covariance.poses[of_tag] * Ad.transpose())};
       file.observations[body.tags[t].id] = observations;
-      const bool known = map.problem.bundle.poses[of_tag].fixed || body.tags[t].body_T_tag.has_value();
+      const bool given = map.problem.bundle.poses[of_tag].fixed || body.tags[t].body_T_tag.has_value();
+      const bool known = given && find_moved(map, body.tags[t].id) == nullptr;
       const int merit = observations + (known ? 1'000'000'000 : 0);
       if (merit > most) file.anchor = body.tags[t].id;
       most = std::max(most, merit);
@@ -283,7 +285,7 @@ ReportFields fields(const SceneCut& cut) {
 ReportFields fields(const OdometryLink& link) {
   return {{"ids", "Tags of this group", numbers_of(link.beyond)},
           {"length_m", "Length of the shortest connection", link.length_m},
-          {"frames", "Number of frames in it", link.frames}};
+          {"frames", "Number of steps of odometry in it", link.frames}};
 }
 
 ReportFields fields(const RejectedOdometry& rejected) {
@@ -343,6 +345,8 @@ ReportFields fields(const MapSceneReport& report) {
        map.moved_tags},
       {"size_spread_percent", "Standard deviation of the other printed sizes, in percent of the given sizes",
        100 * map.size_spread},
+      {"correlated_images", "Number of images that count as one, because their corner errors are correlated",
+       map.correlated_frames},
       {"size_scale", "Factor from the given size to the estimated size of all tags; 1 without distances",
        map.size_scale},
       {"noise_px", "Standard deviation of a corner coordinate", map.noise_px},

@@ -93,7 +93,8 @@ std::vector<std::size_t> find_wrong_sizes(LapBundle& lap, const BundleMapOptions
                                     {.find = find,
                                      .adjust = [&] { adjust_until_stable(lap, options, progress, result); },
                                      .robust_chi2 = options.search.robust_chi2,
-                                     .noise_ratio = result.noise_ratio});
+                                     .noise_ratio = result.noise_ratio,
+                                     .summary = result.summary});
   result.size_spread = sizes.spread;
   lap.size_sigma = sizes.spread;
   weigh_images(1, lap, result);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <optional>
+#include <set>
 #include <vector>
 
 namespace waymark::internal {
@@ -20,25 +20,27 @@ void use_again(const std::vector<std::size_t>& sizes, const SizeSteps& steps, La
 }  // namespace
 
 ReleasedSizes release_wrong_sizes(LapBundle& lap, double assumed_sigma, const SizeSteps& steps) {
-  std::optional<std::size_t> last;
+  std::set<std::size_t> tried;
   double noise_before = steps.noise_ratio;
+  BundleSummary summary_before = steps.summary;
   const auto suspects = [&] { return contradicted_sizes(observations_by_size(lap.bundle)); };
   const auto adjust = [&](const std::vector<std::size_t>& released) {
-    if (!released.empty() && released.back() != last) {
-      last = released.back();
+    if (!released.empty() && tried.insert(released.back()).second) {
       noise_before = steps.noise_ratio;
+      summary_before = steps.summary;
       use_again(released, steps, lap);
     }
     steps.adjust();
   };
-  const auto other_cause = [&](std::size_t size, const Bundle& before) {
+  const auto cause = [&](std::size_t size, const Bundle& before) {
     const std::vector<SizeObservations> observations = observations_by_size(lap.bundle);
-    if (sizes_that_fit(lap.bundle, corner_chi2(lap.bundle), observations)[size] != 0) return false;
+    if (sizes_that_fit(lap.bundle, corner_chi2(lap.bundle), observations)[size] != 0) return SizeCause::Size;
     lap.bundle = before;
     steps.noise_ratio = noise_before;
-    return true;
+    if (!steps.summary.stopped) steps.summary = summary_before;
+    return SizeCause::Unknown;
   };
-  return release_sizes(lap.bundle, assumed_sigma, {suspects, adjust, other_cause});
+  return release_sizes(lap.bundle, assumed_sigma, {suspects, adjust, cause});
 }
 
 }  // namespace waymark::internal

@@ -14,6 +14,7 @@ struct SizeSteps {
   std::function<void()> adjust{};                  ///< estimates the noise and rejects outliers
   double robust_chi2 = 12;                         ///< that of SearchOptions
   double& noise_ratio;                             ///< estimated by adjust()
+  BundleSummary& summary;                          ///< of the last search
 };
 
 /// Finds the sizes that the observations contradict and the spread of the others. The scale of a lap depends

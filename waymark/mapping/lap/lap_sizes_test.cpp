@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -164,6 +165,8 @@ TEST(LapSizes, TheCovarianceIsConsistentWithTheSpreadOfSizes) {
       exact += joint_nees(drive, mapped(drive.lap, 0)) / kSeeds;
       found += map.size_spread / kSeeds;
     }
+    std::printf("sizes %.1f %% off: joint NEES %.2f of 1 (%.1f if sizes are exact)\n", 100 * spread, nees,
+                exact);
     EXPECT_GT(nees, 0.8) << spread;
     EXPECT_LT(nees, 1.3) << spread;
     EXPECT_GT(exact, 2) << spread;

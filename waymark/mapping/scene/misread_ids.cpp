@@ -67,7 +67,8 @@ class Corrector {
     const std::size_t last = std::min(views.size(), at.frame + kNeighbourViews + 1);
     for (std::size_t f = first; f < last; ++f) {
       for (std::size_t other : views[f]) {
-        if (terms()[other].used && map_.observations.seen[other].body == at.body) found.push_back(other);
+        const SceneObservation& seen = map_.observations.seen[other];
+        if (terms()[other].used && seen.body == at.body && seen.tag != at.tag) found.push_back(other);
       }
     }
     const auto tag = [&](std::size_t k) { return terms()[k].tag; };

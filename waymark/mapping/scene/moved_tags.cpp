@@ -189,55 +189,59 @@ std::vector<LikelyMove> moves_of_neighbours(const SceneRecording& recording, con
   return moves;
 }
 
-PoseIndex separate_earlier(SceneMap& map, const LikelyMove& move) {
+void move_given_facts(Bundle& bundle, PoseIndex from, PoseIndex to) {
+  const auto change = [&](PoseIndex& pose) { pose = pose == from ? to : pose; };
+  for (PriorTerm& prior : bundle.priors) change(prior.pose);
+  for (PointDistanceTerm& term : bundle.point_distances) {
+    change(term.a.tag);
+    change(term.b.tag);
+  }
+  for (PointCoordinateTerm& term : bundle.point_coordinates) change(term.point.tag);
+  for (DirectionTerm& term : bundle.directions) change(term.tag);
+}
+
+SeparatedTag separate_earlier(SceneMap& map, const LikelyMove& move) {
   Bundle& bundle = map.problem.bundle;
-  PoseIndex later = 0;
-  const PoseIndex earlier = bundle.poses.size();
+  SeparatedTag tag{.move = move, .earlier = bundle.poses.size()};
   for (std::size_t i = 0; i < map.observations.seen.size(); ++i) {
     CornerTerm& term = bundle.corners[i];
     if (term.size != move.size) continue;
-    later = std::max(later, term.tag == earlier ? later : term.tag);
-    if (map.observations.seen[i].frame < move.first_after) term.tag = earlier;
+    if (term.tag != tag.earlier) tag.later = term.tag;
+    if (map.observations.seen[i].frame < move.first_after) term.tag = tag.earlier;
   }
-  bundle.poses.push_back(bundle.poses[later]);
-  bundle.poses[later].fixed = false;
-  for (PriorTerm& prior : bundle.priors) prior.pose = prior.pose == later ? earlier : prior.pose;
+  bundle.poses.push_back(bundle.poses[tag.later]);
+  bundle.poses[tag.later].fixed = false;
+  move_given_facts(bundle, tag.later, tag.earlier);
   map.placed.push_back(1);
   map.problem.moves.push_back(0);
-  start_place(map, move.size, earlier);
-  start_place(map, move.size, later);
-  return earlier;
+  start_place(map, move.size, tag.earlier);
+  start_place(map, move.size, tag.later);
+  return tag;
 }
 
-void join_again(SceneMap& map, const LikelyMove& move, PoseIndex earlier) {
+void join_again(SceneMap& map, const SeparatedTag& tag) {
   Bundle& bundle = map.problem.bundle;
-  PoseIndex later = earlier;
-  for (const CornerTerm& term : bundle.corners) {
-    if (term.size == move.size && term.tag != earlier) later = term.tag;
-  }
   for (CornerTerm& term : bundle.corners) {
-    if (term.tag == earlier) term.tag = later;
+    if (term.tag == tag.earlier) term.tag = tag.later;
   }
-  for (PriorTerm& prior : bundle.priors) prior.pose = prior.pose == earlier ? later : prior.pose;
-  bundle.poses[later].fixed = bundle.poses[earlier].fixed;
-  if (bundle.poses[later].fixed) bundle.poses[later].value = bundle.poses[earlier].value;
-  bundle.poses[earlier].fixed = true;
+  move_given_facts(bundle, tag.earlier, tag.later);
+  BundlePose& later = bundle.poses[tag.later];
+  later.fixed = bundle.poses[tag.earlier].fixed;
+  if (later.fixed) later.value = bundle.poses[tag.earlier].value;
+  bundle.poses[tag.earlier].fixed = true;
 }
 
-MovedTag describe_move(const SceneRecording& recording, const SceneMap& map, const LikelyMove& move,
-                       PoseIndex earlier) {
-  const Bundle& bundle = map.problem.bundle;
-  MovedTag moved{.earlier = earlier};
-  PoseIndex later = earlier;
+MovedTag describe_move(const SceneRecording& recording, const SceneMap& map, const SeparatedTag& tag) {
+  MovedTag moved{.earlier = tag.earlier};
   for (std::size_t i = 0; i < map.observations.seen.size(); ++i) {
-    if (bundle.corners[i].size != move.size) continue;
     const SceneObservation& seen = map.observations.seen[i];
-    moved.tag = map.scene.bodies[seen.body].tags[seen.tag].id;
-    if (seen.frame >= move.first_after) later = bundle.corners[i].tag;
+    if (map.problem.bundle.corners[i].tag == tag.later)
+      moved.tag = map.scene.bodies[seen.body].tags[seen.tag].id;
   }
-  moved.last_before_s = seconds_between(recording, 0, move.last_before);
-  moved.first_after_s = seconds_between(recording, 0, move.first_after);
-  const SE3 change = bundle.poses[earlier].value.inverse() * bundle.poses[later].value;
+  moved.last_before_s = seconds_between(recording, 0, tag.move.last_before);
+  moved.first_after_s = seconds_between(recording, 0, tag.move.first_after);
+  const std::vector<BundlePose>& poses = map.problem.bundle.poses;
+  const SE3 change = poses[tag.earlier].value.inverse() * poses[tag.later].value;
   moved.distance_m = change.translation().norm();
   moved.angle_rad = change.rotation().log().norm();
   return moved;

@@ -34,16 +34,26 @@ struct LikelyMove {
 [[nodiscard]] std::vector<LikelyMove> moves_of_neighbours(const SceneRecording& recording,
                                                           const SceneMap& map, const LikelyMove& move);
 
-/// Gives the observations before a move a pose of their own, with the given pose of the tag, if any. Both
-/// poses start where most of their observations agree. Returns the earlier pose.
-PoseIndex separate_earlier(SceneMap& map, const LikelyMove& move);
+/// A tag with a pose before and one after a move.
+struct SeparatedTag {
+  LikelyMove move{};
+  PoseIndex earlier = 0, later = 0;
+};
+
+/// Gives the observations before a move a pose of their own, which is the last one of the bundle. What is
+/// given about the tag (pose, distances, coordinates, directions) applies to this pose. Both poses start
+/// where most of their observations agree.
+SeparatedTag separate_earlier(SceneMap& map, const LikelyMove& move);
 
 /// Undoes separate_earlier(). The earlier pose remains, without observations.
-void join_again(SceneMap& map, const LikelyMove& move, PoseIndex earlier);
+void join_again(SceneMap& map, const SeparatedTag& tag);
+
+/// Applies distances, coordinates and directions of pose `from` to pose `to` of the same tag.
+void move_given_facts(Bundle& bundle, PoseIndex from, PoseIndex to);
 
 /// The distance and the angle between the two poses of a moved tag, and the time of the move.
 [[nodiscard]] MovedTag describe_move(const SceneRecording& recording, const SceneMap& map,
-                                     const LikelyMove& move, PoseIndex earlier);
+                                     const SeparatedTag& tag);
 
 /// The move of a tag; nullptr if it was not moved.
 [[nodiscard]] const MovedTag* find_moved(const SceneMap& map, const TagId& tag);

@@ -127,10 +127,12 @@ class ImageGroups {
     const auto moves = [&](PoseIndex pose) {
       return pose < map.problem.moves.size() && map.problem.moves[pose] != 0;
     };
+    for (const PriorTerm& prior : bundle.priors)
+      given_[prior.pose] = (prior.factor.whitening.transpose() * prior.factor.whitening).inverse();
     for (const CornerTerm& term : bundle.corners) {
       if (!term.used) continue;
       sets_.join(term.tag, term.rig);
-      if (moves(term.body)) sets_.join(term.tag, term.body);
+      if (moves(term.body) || is_given(term.tag)) sets_.join(term.tag, term.body);
     }
     std::vector<char> is_odometry(bundle.relatives.size(), 0);
     for (const OdometryStep& step : map.problem.odometry) is_odometry[step.term] = 1;
@@ -150,21 +152,22 @@ class ImageGroups {
     const SceneBody& body = map_.scene.bodies[b];
     if (!body.is_static) return;
     const PoseIndex of_body = map_.problem.bodies[b].front();
-    const bool given = map_.problem.bundle.poses[of_body].fixed || is_given(of_body, body.map_T_body);
+    const bool given = is_given(of_body);
     if (given) sets_.join(of_body, map_frame());
     for (std::size_t t = 0; t < body.tags.size(); ++t) {
       const PoseIndex tag = map_.problem.tags[b][t];
-      if (!given || is_given(tag, body.tags[t].body_T_tag)) sets_.join(tag, of_body);
+      if (!given || is_given(tag)) sets_.join(tag, of_body);
     }
   }
 
   /// Whether a pose is given about as precisely as the map has it. Otherwise, the odometry determines it.
-  [[nodiscard]] bool is_given(PoseIndex pose, const std::optional<ScenePrior>& prior) const {
+  [[nodiscard]] bool is_given(PoseIndex pose) const {
     constexpr double kMaxVarianceRatio = 9;
     if (map_.problem.bundle.poses[pose].fixed) return true;
-    if (!prior) return false;
+    const auto prior = given_.find(pose);
+    if (prior == given_.end()) return false;
     if (map_.covariance.poses.size() <= pose) return true;
-    const Matrix6 given = prior->covariance();
+    const Matrix6& given = prior->second;
     const Matrix6& found = map_.covariance.poses[pose];
     return given.topLeftCorner<3, 3>().trace() <= kMaxVarianceRatio * found.topLeftCorner<3, 3>().trace() &&
            given.bottomRightCorner<3, 3>().trace() <=
@@ -173,6 +176,7 @@ class ImageGroups {
 
   const SceneMap& map_;
   internal::DisjointSets sets_;
+  std::map<PoseIndex, Matrix6> given_{};  ///< the covariance of each given pose
 };
 
 bool set_used(SceneMap& map, const OdometrySpan& span, bool used) {

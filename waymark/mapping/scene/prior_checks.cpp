@@ -8,7 +8,6 @@
 #include <vector>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 
 #include "waymark/mapping/scene/moved_tags.hpp"
 #include "waymark/mapping/solver/disjoint_sets.hpp"
@@ -50,11 +49,16 @@ void connect_observations(const SceneMap& map, ConnectedPoses& connected) {
 
 /// Tags on a static body that is itself an unknown connect through it.
 void connect_bodies(const SceneMap& map, ConnectedPoses& connected) {
+  std::set<PoseIndex> unknown;
   for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
     const PoseIndex body = map.problem.bodies[b].front();
     const bool given = map.problem.bundle.poses[body].fixed || map.scene.bodies[b].map_T_body;
     if (!map.scene.bodies[b].is_static || given) continue;
+    unknown.insert(body);
     for (const PoseIndex tag : map.problem.tags[b]) connected.connect(tag, body);
+  }
+  for (const CornerTerm& term : map.problem.bundle.corners) {  // also of the earlier poses of moved tags
+    if (unknown.contains(term.body)) connected.connect(term.tag, term.body);
   }
 }
 
@@ -97,6 +101,9 @@ std::map<TagId, int> tags_on_prior_alone(const SceneMap& map) {
       ++tags;
     }
   }
+  for (const MovedTag& moved : map.moved_tags) {
+    if (used[moved.earlier] > 0) ++tags_in_set[connected.set_of(moved.earlier)];
+  }
   std::map<TagId, int> alone;
   if (tags < 2) return alone;
   for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
@@ -118,8 +125,8 @@ constexpr std::array kQuantiles = {10.83, 13.82, 16.27, 18.47, 20.52, 22.46};
 
 }  // namespace
 
-std::optional<PriorContradiction> contradiction(const PosePriorFactor& given, const SE3& estimate,
-                                                const Matrix6& covariance) {
+std::optional<double> contradiction_sigmas(const PosePriorFactor& given, const SE3& estimate,
+                                           const Matrix6& covariance) {
   constexpr double kLeastShare = 0.01;  // of the information that does not come from the given pose
   const Vector6 r = pose_prior_residual(given, estimate);
   Matrix6 V = given.whitening * covariance * given.whitening.transpose();
@@ -127,28 +134,26 @@ std::optional<PriorContradiction> contradiction(const PosePriorFactor& given, co
   const Eigen::SelfAdjointEigenSolver<Matrix6> shares(Matrix6::Identity() - V);
   double chi2 = 0;
   std::size_t directions = 0;
-  Vector6 found = Vector6::Zero();
   for (Eigen::Index i = 0; i < 6; ++i) {
     const double share = shares.eigenvalues()[i];
     if (share < kLeastShare) continue;
-    const Vector6 direction = shares.eigenvectors().col(i);
-    const double along = direction.dot(r);
+    const double along = shares.eigenvectors().col(i).dot(r);
     chi2 += along * along / share;
-    found += along / share * direction;
     ++directions;
   }
   if (directions == 0 || chi2 < kQuantiles.at(directions - 1)) return std::nullopt;
-  const SE3 moved = SE3::exp(given.whitening.partialPivLu().solve(found));
-  return PriorContradiction{given.prior.inverse() * moved * given.prior, std::sqrt(chi2)};
+  return std::sqrt(chi2);
 }
 
 std::vector<std::size_t> sizes_far_from_given_pose(const SceneMap& map) {
+  std::vector<char> observed(map.problem.bundle.poses.size(), 0);
+  for (const CornerTerm& term : map.problem.bundle.corners) observed[term.tag] = 1;
   std::vector<std::size_t> sizes;
   for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
     for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
       const std::optional<ScenePrior>& given = map.scene.bodies[b].tags[t].body_T_tag;
       const PoseIndex pose = map.problem.tags[b][t];
-      if (!given || map.placed[pose] == 0) continue;
+      if (!given || map.placed[pose] == 0 || observed[pose] == 0) continue;
       const Vector6 r = pose_prior_residual(given->factor(), map.problem.bundle.poses[pose].value);
       if (r.squaredNorm() > kQuantiles.back()) sizes.push_back(map.problem.sizes[b][t]);
     }

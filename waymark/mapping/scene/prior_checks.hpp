@@ -1,6 +1,8 @@
 #pragma once
 
 #include <map>
+#include <optional>
+#include <vector>
 
 #include "waymark/mapping/scene/scene_map.hpp"
 
@@ -11,18 +13,12 @@ namespace waymark {
 /// with a given pose. Empty if the map has a single observed tag.
 [[nodiscard]] std::map<TagId, int> tags_on_prior_alone(const SceneMap& map);
 
-/// A given pose that the observations contradict.
-struct PriorContradiction {
-  SE3 given_T_found{};  ///< the pose according to the observations alone, without the given one
-  double sigmas = 0;    ///< of the difference
-};
-
-/// Compares a given pose with the other information on it, at a chance of one in a thousand. The estimate
-/// lies between the two, so the difference is divided by the share of the given pose in the estimate. In
-/// units of the prior, the estimate's residual r has the covariance I - V, with V the estimate's covariance.
-/// `covariance`: of the estimate, in the left tangent.
-[[nodiscard]] std::optional<PriorContradiction> contradiction(const PosePriorFactor& given,
-                                                              const SE3& estimate, const Matrix6& covariance);
+/// By how many standard deviations the observations contradict a given pose; empty if they do so by chance
+/// once in a thousand times or more often. The estimate lies between the given pose and what the observations
+/// alone would give. In units of the prior, the estimate's residual r has the covariance I - V, with V the
+/// estimate's covariance. `covariance`: of the estimate, in the left tangent.
+[[nodiscard]] std::optional<double> contradiction_sigmas(const PosePriorFactor& given, const SE3& estimate,
+                                                         const Matrix6& covariance);
 
 /// The sizes of tags whose estimated pose is far from the given one.
 [[nodiscard]] std::vector<std::size_t> sizes_far_from_given_pose(const SceneMap& map);

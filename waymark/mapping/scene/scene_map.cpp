@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include "waymark/base/order_statistics.hpp"
@@ -91,6 +92,11 @@ class Search {
     restore_contradicted_frames(map_);
     adjust_until_stable();
     if (map_.summary.stopped) return;
+    if (!goes_on()) {
+      go_to(trusted);
+      map_.odometry_ratio = 1;
+      return;
+    }
     const double noise_px = std::min(noise_px_, trusted.noise_px);
     const double ratio = map_.odometry_ratio;
     const auto cost_now = [&](bool trusts) {
@@ -134,6 +140,7 @@ class Search {
     }
     find_size_of_tags();
     find(0, options_.search.max_iterations, "adjusting");
+    for (const SeparatedTag& tag : moves_) map_.moved_tags.push_back(describe_move(recording_, map_, tag));
   }
 
   /// Repeats until the set of observations in use and the noise estimate no longer change.
@@ -162,7 +169,7 @@ class Search {
   void explain_contradictions() {
     if (!(options_.search.tag_size_sigma_percent > 0) || !goes_on()) return;
     count_correlated();
-    std::optional<std::size_t> last;
+    std::set<std::size_t> tried;
     State before = state();
     const auto suspects = [&] {
       std::vector<std::size_t> sizes = contradicted_sizes(map_);
@@ -171,39 +178,37 @@ class Search {
       return sizes;
     };
     const auto adjust = [&](const std::vector<std::size_t>& released) {
-      if (!released.empty() && released.back() != last) {
-        last = released.back();
+      if (!released.empty() && tried.insert(released.back()).second) {
+        const std::size_t size = released.back();
         before = state();
-        if (observations_by_size(map_)[*last].contradict()) start_size(map_, *last);
+        if (observations_by_size(map_)[size].contradict()) start_size(map_, size);
         use_again(released);
-        if (!may_fit(*last)) return;
+        if (!may_fit(size)) return;
       }
       adjust_until_stable();
     };
-    const auto other_cause = [&](std::size_t size, const Bundle& given_size) {
+    const auto cause = [&](std::size_t size, const Bundle& given_size) {
       before.bundle = given_size;
-      return !map_.summary.stopped && has_other_cause(size, before);
+      return cause_of(size, before);
     };
     const ReleasedSizes sizes =
-        release_sizes(map_.problem.bundle, map_.assumed_size_spread, {suspects, adjust, other_cause});
+        release_sizes(map_.problem.bundle, map_.assumed_size_spread, {suspects, adjust, cause});
     map_.released_sizes = sizes.released;
     map_.size_spread = sizes.spread;
     for (const auto& [prior, given] : loosened_priors_) map_.problem.bundle.priors[prior].factor = given;
     if (!loosened_priors_.empty()) adjust_until_stable();
-    list_moved_tags();
+    join_unmoved_tags();
   }
 
   /// A move that later explanations made unnecessary is undone.
-  void list_moved_tags() {
-    if (map_.summary.stopped) return;
-    const std::size_t all = std::erase_if(moves_, [&](const std::pair<LikelyMove, PoseIndex>& move) {
-      if (is_far(describe_move(recording_, map_, move.first, move.second))) return false;
-      join_again(map_, move.first, move.second);
+  void join_unmoved_tags() {
+    if (!goes_on()) return;
+    const std::size_t all = std::erase_if(moves_, [&](const SeparatedTag& tag) {
+      if (is_far(describe_move(recording_, map_, tag))) return false;
+      join_again(map_, tag);
       return true;
     });
     if (all > 0) adjust_until_stable();
-    for (const auto& [move, earlier] : moves_)
-      map_.moved_tags.push_back(describe_move(recording_, map_, move, earlier));
   }
 
   [[nodiscard]] static bool is_far(const MovedTag& moved) {
@@ -248,14 +253,14 @@ class Search {
     double more_unknowns = 0;
     bool is_size = false;
     std::optional<std::pair<std::size_t, PosePriorFactor>> given_prior{};  ///< if loosened
-    std::optional<std::pair<LikelyMove, PoseIndex>> move{};
+    std::optional<SeparatedTag> move{};
   };
 
   /// After the size of a tag was released: whether its observations agree better if it was moved, or if its
-  /// given pose is wrong. If none of these explains them, that is another cause, too. The search continues
-  /// from the best explanation, by the criterion of Schwarz ("Estimating the Dimension of a Model", Annals of
-  /// Statistics 6(2), 1978).
-  bool has_other_cause(std::size_t size, const State& before) {
+  /// given pose is wrong. The search continues from the best explanation, by the criterion of Schwarz
+  /// ("Estimating the Dimension of a Model", Annals of Statistics 6(2), 1978), or from the state before.
+  SizeCause cause_of(std::size_t size, const State& before) {
+    if (map_.summary.stopped) return SizeCause::Unknown;
     std::vector<Explanation> explanations;
     explanations.push_back({.state = before});
     if (goes_on() && fits(size))
@@ -267,31 +272,32 @@ class Search {
     }
     go_to(before);
     if (auto loosened = explain_by_prior(size)) explanations.push_back(std::move(*loosened));
-    if (map_.summary.stopped) return false;
+    if (map_.summary.stopped) return SizeCause::Unknown;
     Explanation best = best_of(std::move(explanations), size);
     if (best.move) best = move_among_neighbours(std::move(best), before);
     go_to(std::move(best.state));
     if (best.given_prior) loosened_priors_.push_back(*best.given_prior);
     if (best.move) moves_.push_back(*best.move);
-    return !best.is_size;
+    if (best.is_size) return SizeCause::Size;
+    return best.move || best.given_prior ? SizeCause::Other : SizeCause::Unknown;
   }
 
   std::optional<Explanation> explain_by_move(const LikelyMove& move) {
-    if (std::ranges::any_of(moves_, [&](const auto& other) { return other.first.size == move.size; }))
+    if (std::ranges::any_of(moves_, [&](const SeparatedTag& tag) { return tag.move.size == move.size; }))
       return std::nullopt;
-    const PoseIndex earlier = separate_earlier(map_, move);
+    const SeparatedTag tag = separate_earlier(map_, move);
     use_again({move.size});
     if (!may_fit(move.size)) return std::nullopt;
     adjust_until_stable();
     if (!goes_on() || !fits(move.size)) return std::nullopt;
-    if (!is_far(describe_move(recording_, map_, move, earlier))) return std::nullopt;
-    return Explanation{.state = state(), .more_unknowns = 6, .move = {{move, earlier}}};
+    if (!is_far(describe_move(recording_, map_, tag))) return std::nullopt;
+    return Explanation{.state = state(), .more_unknowns = 6, .move = tag};
   }
 
   /// The move of this tag or of a neighbour, whichever explains more. Images that show both follow the tag
   /// with more observations, and contradict the other one.
   Explanation move_among_neighbours(Explanation found, const State& before) {
-    const LikelyMove move = found.move->first;
+    const LikelyMove move = found.move->move;
     std::vector<Explanation> explanations;
     explanations.push_back(std::move(found));
     go_to(before);
@@ -306,11 +312,13 @@ class Search {
   std::optional<Explanation> explain_by_prior(std::size_t size) {
     constexpr double kLoosened = 1e-3;
     std::vector<PriorTerm>& priors = map_.problem.bundle.priors;
-    const auto seen = std::ranges::find(map_.problem.bundle.corners, std::optional(size), &CornerTerm::size);
+    const std::vector<CornerTerm>& corners = map_.problem.bundle.corners;
+    const auto seen = std::ranges::find(corners, std::optional(size), &CornerTerm::size);
+    if (seen == corners.end()) return std::nullopt;
     const auto prior = std::ranges::find(priors, seen->tag, &PriorTerm::pose);
     if (prior == priors.end()) return std::nullopt;
     const std::pair given(static_cast<std::size_t>(prior - priors.begin()), prior->factor);
-    prior->factor.whitening *= kLoosened;
+    prior->factor.whitening = kLoosened * Matrix6::Identity();
     use_again({size});
     if (!may_fit(size)) return std::nullopt;
     adjust_until_stable();
@@ -377,7 +385,11 @@ class Search {
       return map_.placed[p.tag] != 0 && map_.placed[p.body] != 0;
     };
     std::vector<double> ratios;
-    for (const PointDistanceTerm& term : distances_) {
+    for (PointDistanceTerm term : distances_) {
+      for (const SeparatedTag& tag : moves_) {
+        term.a.tag = term.a.tag == tag.later ? tag.earlier : term.a.tag;
+        term.b.tag = term.b.tag == tag.later ? tag.earlier : term.b.tag;
+      }
       if (!in_map(term.a) || !in_map(term.b)) continue;
       bundle.point_distances.push_back(term);
       ratios.push_back(term.measured_m / (place_of(term.a) - place_of(term.b)).norm());
@@ -552,6 +564,24 @@ class Search {
     return chi2;
   }
 
+  /// The number of unknowns of all poses that are in a term of the cost.
+  [[nodiscard]] double unknowns_of_poses() const {
+    const Bundle& bundle = map_.problem.bundle;
+    std::vector<char> in_a_term(bundle.poses.size(), 0);
+    for (const CornerTerm& term : bundle.corners) {
+      if (term.used)
+        in_a_term[term.rig] = in_a_term[term.cam] = in_a_term[term.body] = in_a_term[term.tag] = 1;
+    }
+    for (const PriorTerm& term : bundle.priors) in_a_term[term.pose] = 1;
+    for (const RelativeTerm& term : bundle.relatives) {
+      if (term.used) in_a_term[term.a] = in_a_term[term.b] = 1;
+    }
+    double unknowns = 0;
+    for (std::size_t i = 0; i < in_a_term.size(); ++i)
+      unknowns += in_a_term[i] != 0 && !bundle.poses[i].fixed ? 6 : 0;
+    return unknowns;
+  }
+
   /// The ratio of actual to assumed noise, estimated from the median, which is robust against outliers.
   [[nodiscard]] double noise_ratio() const {
     std::vector<double> chi2 = chi2_of_corners();
@@ -563,14 +593,11 @@ class Search {
       chi2[kept++] = chi2[i];
     }
     chi2.resize(kept);
-    double unknowns = 0;
-    for (std::size_t i = 0; i < map_.problem.bundle.poses.size(); ++i)
-      unknowns += map_.placed[i] != 0 && !map_.problem.bundle.poses[i].fixed ? 6 : 0;
     const auto motions = std::ranges::count_if(map_.problem.bundle.relatives, &RelativeTerm::used);
     numbers +=
         6.0 * static_cast<double>(map_.problem.bundle.priors.size() + static_cast<std::size_t>(motions));
     constexpr std::size_t kMinCorners = 50;
-    const double share = 1 - unknowns / std::max(numbers, 1.0);
+    const double share = 1 - unknowns_of_poses() / std::max(numbers, 1.0);
     if (chi2.size() < kMinCorners || share < 0.05) return 1;
     return std::max(std::sqrt(median(std::move(chi2)) / (kMedianChi2 * share)), 1e-3);
   }
@@ -609,8 +636,8 @@ class Search {
   internal::KeptFactor factor_{};
   double noise_px_ = kStartPx;
   std::vector<std::pair<std::size_t, PosePriorFactor>> loosened_priors_{};  ///< index and given factor
-  std::vector<std::pair<LikelyMove, PoseIndex>> moves_{};                   ///< with the earlier pose
-  bool trusts_odometry_ = false;                                            ///< while odometry is not gated
+  std::vector<SeparatedTag> moves_{};
+  bool trusts_odometry_ = false;  ///< while odometry is not gated
 };
 
 /// Excludes unlisted tags with few observations, because a wrong id usually occurs only once.

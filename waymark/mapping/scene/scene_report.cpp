@@ -143,8 +143,10 @@ std::set<PoseIndex> roots_of(const SceneMap& map) {
   for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
     for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
       const PoseIndex tag = map.problem.tags[b][t];
-      const bool known = map.scene.bodies[b].tags[t].body_T_tag || map.problem.bundle.poses[tag].fixed;
-      if (known && used[tag] > 0) roots.insert(tag);
+      const MovedTag* moved = find_moved(map, map.scene.bodies[b].tags[t].id);
+      const PoseIndex given = moved != nullptr ? moved->earlier : tag;
+      const bool known = map.scene.bodies[b].tags[t].body_T_tag || map.problem.bundle.poses[given].fixed;
+      if (known && used[given] > 0) roots.insert(given);
       if (used[tag] > used[most]) most = tag;
     }
   }
@@ -264,15 +266,18 @@ void warn_of_priors(const SceneMap& map, std::vector<std::string>& warnings) {
   const auto check = [&](const std::string& name, PoseIndex pose, const std::optional<ScenePrior>& prior) {
     if (!prior || map.placed[pose] == 0 || map.problem.bundle.poses[pose].fixed) return;
     const SE3& now = map.problem.bundle.poses[pose].value;
-    const auto off = contradiction(prior->factor(), now, map.covariance.poses[pose]);
-    if (!off) return;
+    const std::optional<double> sigmas =
+        contradiction_sigmas(prior->factor(), now, map.covariance.poses[pose]);
+    if (!sigmas) return;
     constexpr double kResolved_px = 0.1;  // smaller differences from a given pose are not visible in images
     const std::optional<double> shift_px = largest_shift_px(map.problem.bundle, pose, prior->mean);
     if (shift_px && *shift_px < kResolved_px) return;
-    warnings.push_back(fmt::format(
-        "{} is {:.4f} m and {:.2f} deg from its given pose according to the observations ({:.1f} sigma)",
-        name, off->given_T_found.translation().norm(), to_degrees(off->given_T_found.rotation().log().norm()),
-        off->sigmas));
+    const SE3 off = prior->mean.inverse() * now;
+    warnings.push_back(
+        fmt::format("the observations contradict the given pose of {} ({:.1f} sigma); in the map it is "
+                    "{:.4f} m and {:.2f} "
+                    "deg from it",
+                    name, *sigmas, off.translation().norm(), to_degrees(off.rotation().log().norm())));
   };
   for (std::size_t c = 0; c < map.scene.cameras.size(); ++c)
     check("camera " + map.scene.cameras[c].name, map.problem.cameras[c], map.scene.cameras[c].body_T_cam);
@@ -335,7 +340,7 @@ void warn_of_sizes(const SceneMap& map, std::vector<std::string>& warnings) {
   for (const WrongSize& wrong : map.wrong_sizes)
     warnings.push_back(fmt::format(
         "tag {}: its observations fit a side of {:.4f} +- {:.4f} m, given {:.4f} m ({:.1f} "
-        "sigma); the map has the side that fits. Measure its black square; if {:.4f} m is right, "
+        "sigma); the map has the side that fits. Measure its black square; if {:.4f} m is correct, "
         "check the calibration, and whether the tag was moved",
         wrong.tag.number, wrong.found_m, wrong.sigma_m, wrong.given_m, wrong.deviations, wrong.given_m));
   constexpr double kClearlyMore = 1.5;

@@ -58,7 +58,8 @@ void start_size(SceneMap& map, std::size_t size) {
   const std::optional<SE3> place = agreed_place(bundle, terms, squares);
   if (!place) return;
   bundle.sizes[size].log_scale += std::log(factor);
-  bundle.poses[terms.front()->tag].value = *place;
+  BundlePose& pose = bundle.poses[terms.front()->tag];
+  if (!pose.fixed) pose.value = *place;
 }
 
 }  // namespace waymark

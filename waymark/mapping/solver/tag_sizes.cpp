@@ -99,8 +99,8 @@ ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSear
   std::vector<std::size_t> settled;  // released, or with another cause
   const auto is_free = [](const BundleSize& size) { return size.sigma > 0; };
   if (std::ranges::none_of(bundle.sizes, is_free)) return result;
-  constexpr int kMaxOtherCauses = 4;  // limits the time if something else is wrong
-  int other_causes = 0;
+  constexpr int kMaxUnexplained = 4;  // limits the time if something else is wrong
+  int unexplained = 0;
   std::vector<SizeEstimate> estimates;
   while (true) {
     estimates = size_estimates(bundle, covariance(bundle));
@@ -111,22 +111,22 @@ ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSear
       if (!wrong) bundle.sizes[size].sigma = assumed_sigma;
       return !wrong;
     });
-    other_causes += static_cast<int>(right);
+    unexplained += static_cast<int>(right);
     std::erase_if(estimates, [&](const SizeEstimate& estimate) {
       return std::ranges::find(settled, estimate.size) != settled.end();
     });
     const auto size = next_size(estimates, assumed_sigma, search, settled);
-    if (!size || other_causes == kMaxOtherCauses) break;
+    if (!size || unexplained >= kMaxUnexplained) break;
     const Bundle before = bundle;
     settled.push_back(*size);
     result.released.push_back(*size);
     bundle.sizes[*size].sigma = kReleasedSigma;
     search.adjust(result.released);
-    if (search.other_cause && search.other_cause(*size, before)) {
-      bundle.sizes[*size].sigma = assumed_sigma;
-      result.released.pop_back();
-      ++other_causes;
-    }
+    const SizeCause cause = search.cause ? search.cause(*size, before) : SizeCause::Size;
+    if (cause == SizeCause::Size) continue;
+    bundle.sizes[*size].sigma = assumed_sigma;
+    result.released.pop_back();
+    unexplained += cause == SizeCause::Unknown ? 1 : 0;
   }
   result.spread = size_spread(estimates, assumed_sigma);
   for (std::size_t i = 0; i < bundle.sizes.size(); ++i) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -38,15 +39,18 @@ struct ReleasedSizes {
   double spread = 0;                    ///< standard deviation of the other sizes
 };
 
+/// What explains the observations that contradict a size.
+enum class SizeCause : std::uint8_t { Size, Other, Unknown };
+
 struct SizeSearch {
   /// Sizes of tags with many rejected observations, those with the largest share first. They are tried first,
   /// because the remaining observations of such a tag may fit any size.
   std::function<std::vector<std::size_t>()> suspects{};
   /// Minimises the cost again after the priors of these sizes, or of all, have changed.
   std::function<void(const std::vector<std::size_t>& released)> adjust{};
-  /// Whether something else explains the observations of a tag better than its released size. It may change
-  /// the bundle, whose state before the release is given; otherwise the release is kept.
-  std::function<bool(std::size_t size, const Bundle& before)> other_cause{};
+  /// What explains the observations of a tag best, given the state of the bundle before the release. If it is
+  /// not the size, this function has changed the bundle accordingly. Without it, each release is kept.
+  std::function<SizeCause(std::size_t size, const Bundle& before)> cause{};
 };
 
 /// Releases the sizes that contradict the observations by more than three standard deviations (3.5 in a map

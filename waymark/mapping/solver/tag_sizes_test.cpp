@@ -75,9 +75,9 @@ TEST(ReleasedSizes, AreEmptyForExactSizesAndOtherCauses) {
   const auto adjust = [&](const std::vector<std::size_t>&) { EXPECT_TRUE(solve(bundle).usable()); };
   const auto moved = [&](std::size_t, const Bundle& before) {
     bundle = before;
-    return true;
+    return SizeCause::Other;
   };
-  EXPECT_TRUE(release_sizes(bundle, 0.001, {.adjust = adjust, .other_cause = moved}).released.empty());
+  EXPECT_TRUE(release_sizes(bundle, 0.001, {.adjust = adjust, .cause = moved}).released.empty());
 }
 
 }  // namespace
