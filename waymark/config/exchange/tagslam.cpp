@@ -15,6 +15,7 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_tree.hpp"
 #include "waymark/mapping/scene/tag_scene.hpp"
+#include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark {
 namespace {
@@ -41,6 +42,11 @@ class TagslamReader {
   /// Reads {x:, y:, z:} or [x, y, z]; zero if missing.
   Eigen::Vector3d vector(const YamlCursor& at, std::string_view key, double fallback = 0);
   double positive(const YamlCursor& at, std::string_view key);
+  /// Reads the side of a printed tag [m].
+  double tag_size(const YamlCursor& at, std::string_view key);
+  /// 0 if there is none.
+  double default_tag_size(const YamlCursor& body);
+  void check_tag_size(const YamlCursor& at, std::string_view key, double size_m);
   /// Reads seconds with up to nine decimals exactly, quoted or not.
   SensorTime time(const YamlCursor& at, std::string_view key);
 
@@ -127,6 +133,24 @@ double TagslamReader::positive(const YamlCursor& at, std::string_view key) {
   const double value = keep(at.read_at(key, &YamlCursor::number), 1.0);
   if (!(value > 0)) fail_at(*at.find(key), fmt::format("{:g} is not greater than 0", value));
   return value > 0 ? value : 1;
+}
+
+void TagslamReader::check_tag_size(const YamlCursor& at, std::string_view key, double size_m) {
+  const Status usual = check_printed_size(size_m, std::string(key));
+  if (!usual) fail_at(*at.find(key), usual.error().message);
+}
+
+double TagslamReader::tag_size(const YamlCursor& at, std::string_view key) {
+  const double size_m = positive(at, key);
+  check_tag_size(at, key, size_m);
+  return size_m;
+}
+
+double TagslamReader::default_tag_size(const YamlCursor& body) {
+  constexpr std::string_view kKey = "default_tag_size";
+  const double size_m = number(body, kKey, 0);
+  if (size_m != 0) check_tag_size(body, kKey, size_m);
+  return size_m;
 }
 
 SensorTime TagslamReader::time(const YamlCursor& at, std::string_view key) {
@@ -262,7 +286,7 @@ ScenePrior read_tagslam_pose(const YamlCursor& pose, const Defaults& defaults, T
 void add_board(const YamlCursor& board, bool staggered, TagslamReader& read, SceneBody& body) {
   const int rows = read.integer(board, "tag_rows", 0);
   const int columns = read.integer(board, "tag_columns", 0);
-  const double size = read.positive(board, "tag_size");
+  const double size = read.tag_size(board, "tag_size");
   const double pitch = size * (1 + read.number(board, "tag_spacing", 0));
   constexpr int kMaxTags = 1000;
   if (rows < 1 || columns < 1 || rows > kMaxTags || columns > kMaxTags / rows + 1) {
@@ -292,7 +316,7 @@ void read_tagslam_tags(const YamlCursor& entry, const Defaults& defaults, Tagsla
   const auto list = entry.find("tags");
   for (const YamlCursor& at : list ? list->children() : std::vector<YamlCursor>()) {
     SceneTag tag{.id = {FamilyId::Tag36h11, read.integer(at, "id", -1)}};
-    tag.size_m = at.find("size") ? read.positive(at, "size") : body.default_tag_size_m;
+    tag.size_m = at.find("size") ? read.tag_size(at, "size") : body.default_tag_size_m;
     if (tag.id.number < 0 || !(tag.size_m > 0)) read.fail_at(at, "a tag needs an id and a size in metres");
     if (const auto pose = at.find("pose")) {
       tag.body_T_tag = read_tagslam_pose(*pose, defaults, read);
@@ -308,7 +332,7 @@ void read_tagslam_tags(const YamlCursor& entry, const Defaults& defaults, Tagsla
 SceneBody read_tagslam_body(const YamlCursor& entry, std::string name, const Defaults& defaults,
                             TagslamReader& read) {
   SceneBody body{.name = std::move(name), .is_static = read.boolean(entry, "is_static", false)};
-  body.default_tag_size_m = read.number(entry, "default_tag_size", 0);
+  body.default_tag_size_m = read.default_tag_size(entry);
   body.ignored = read.ids(entry, "ignore_tags");
   if (entry.find("max_hamming_distance")) body.max_hamming = read.integer(entry, "max_hamming_distance", 2);
   if (const auto pose = entry.find("pose")) {
@@ -412,7 +436,7 @@ ScenePrior read_prior(const YamlCursor& at, TagslamReader& read) {
 
 SceneBody read_body_json(const YamlCursor& entry, TagslamReader& read) {
   SceneBody body{.name = read.text(entry, "name", ""), .is_static = read.boolean(entry, "is_static", false)};
-  body.default_tag_size_m = read.number(entry, "default_tag_size", 0);
+  body.default_tag_size_m = read.default_tag_size(entry);
   body.ignored = read.ids(entry, "ignore_tags");
   if (entry.find("max_hamming_distance")) body.max_hamming = read.integer(entry, "max_hamming_distance", 2);
   if (const auto prior = entry.find("T_world_body_prior")) body.map_T_body = read_prior(*prior, read);
@@ -422,7 +446,7 @@ SceneBody read_body_json(const YamlCursor& entry, TagslamReader& read) {
   const double override_rad = read.number(entry, "override_tag_rotation_noise", 0);
   const auto list = entry.find("tags");
   for (const YamlCursor& at : list ? list->children() : std::vector<YamlCursor>()) {
-    SceneTag tag{.id = {FamilyId::Tag36h11, read.integer(at, "id", -1)}, .size_m = read.positive(at, "size")};
+    SceneTag tag{.id = {FamilyId::Tag36h11, read.integer(at, "id", -1)}, .size_m = read.tag_size(at, "size")};
     if (tag.id.number < 0) read.fail_at(at, "a tag needs an id");
     if (const auto prior = at.find("T_body_tag_prior")) {
       ScenePrior theirs = read_prior(*prior, read);

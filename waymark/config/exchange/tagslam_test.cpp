@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -103,6 +104,10 @@ TEST_F(TagslamFolder, ReportsErrorsWithTheirPlace) {
               ::testing::HasSubstr("stagered_board"));
   EXPECT_THAT(without("tagslam.yaml", kTagslam, "tag_rows: 2", "tag_rows: 2000000000"),
               ::testing::HasSubstr("board"));
+  for (const auto& [size, wrong] :
+       {std::pair("default_tag_size: 0.16", "default_tag_size: 160"),
+        std::pair(" size: 0.1", " size: 0.0001"), std::pair("tag_size: 0.05", "tag_size: -0.05")})
+    EXPECT_THAT(without("tagslam.yaml", kTagslam, size, wrong), ::testing::HasSubstr("size")) << wrong;
   EXPECT_THAT(without("tagslam.yaml", kTagslam, "bodies:", "bodys:"), ::testing::HasSubstr("body"));
 }
 

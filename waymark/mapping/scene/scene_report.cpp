@@ -20,6 +20,7 @@
 #include "waymark/mapping/scene/prior_checks.hpp"
 #include "waymark/mapping/scene/scene_calibration.hpp"
 #include "waymark/mapping/solver/tag_sizes.hpp"
+#include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark {
 namespace {
@@ -465,10 +466,22 @@ void warn_of_misread_ids(const SceneMap& map, std::vector<std::string>& warnings
                   all > kMaxLines ? ", ..." : ""));
 }
 
+void warn_of_unusual_sizes(const SceneMap& map, std::vector<std::string>& warnings) {
+  for (const SceneBody& body : map.scene.bodies) {
+    TagSizes sizes;
+    if (body.default_tag_size_m > 0) sizes.default_size_m = body.default_tag_size_m;
+    for (const SceneTag& tag : body.tags) {
+      if (tag.size_m != body.default_tag_size_m) sizes.size_by_tag_m.emplace(tag.id, tag.size_m);
+    }
+    for (std::string& warning : sizes.warnings()) warnings.push_back(std::move(warning));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> scene_warnings(const SceneMap& map) {
   std::vector<std::string> warnings;
+  warn_of_unusual_sizes(map, warnings);
   warn_of_priors(map, warnings);
   warn_of_measurements(map, warnings);
   warn_of_cameras(map, warnings);
