@@ -15,6 +15,7 @@
 #include "waymark/mapping/lap/chain.hpp"
 #include "waymark/mapping/lap/floor_observations.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
+#include "waymark/replay/route_checks.hpp"
 
 namespace waymark {
 namespace {
@@ -27,8 +28,12 @@ void warn_of_gaps(MappedLap& lap) {
     lap.warnings.push_back(
         fmt::format("{} of {} frames contain no reliable tag", lap.frames_without_pose, lap.frames));
   }
+}
+
+void warn_of_route(MappedLap& lap) {
   if (!lap.route.closed)
     lap.warnings.emplace_back("the lap does not return to its start; the route is open and driven once");
+  if (const auto sideways = sideways_motion(lap.route)) lap.warnings.push_back(describe(*sideways));
 }
 
 std::vector<ObservedFrame> observe_all(const TaughtLap& taught, const TeachSetup& setup) {
@@ -234,6 +239,7 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
   lap->route = std::move(*route);
   lap->frames = static_cast<int>(taught.frames.size());
   warn_of_gaps(*lap);
+  warn_of_route(*lap);
   return lap;
 }
 
@@ -415,9 +421,7 @@ Result<MappedPoseLap> map_pose_lap(const PoseLap& lap, const MapPosesOptions& op
   result.lap.route_repeated_m = route->repeated_m;
   result.lap.route = std::move(*route);
   result.lap.frames = static_cast<int>(points->frames.size());
-  if (!result.lap.route.closed)
-    result.lap.warnings.emplace_back(
-        "the lap does not return to its start; the route is open and driven once");
+  warn_of_route(result.lap);
   result.figures = {points->scales, points->scales_sigma, points->base_X_assumed, points->mounting_sigma,
                     points->rms_m};
   return result;

@@ -11,6 +11,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/replay/route_checks.hpp"
 #include "waymark/replay/safety_limiter.hpp"
 #include "waymark/samples/visibility.hpp"
 
@@ -94,7 +95,7 @@ double age_s(SensorTime now, const std::optional<SensorTime>& newest, double unl
 Replayer::Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagMap map, RobotModel robot,
                    const ReplayOptions& options)
     : method_(std::move(method)),
-      route_(with_speed_profile(std::move(route), options.profile)),
+      route_(with_speed_profile(facing_along(std::move(route)), options.profile)),
       map_(std::move(map)),
       robot_(std::move(robot)),
       options_(options),

@@ -118,7 +118,8 @@ struct ReplayStep {
 /// rate of commands, which must be at least 20 Hz.
 class Replayer {
  public:
-  /// `map` is used to keep clear of tags.
+  /// `map` is used to keep clear of tags. The robot is driven along the route, facing its direction of motion
+  /// (facing_along()); check_sideways() finds routes that were taught otherwise.
   Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagMap map, RobotModel robot,
            const ReplayOptions& options);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -285,9 +286,35 @@ Line average_onto(const Line& line, const Line& driven) {
 
 /// A part of the drive in which the direction does not change.
 struct Leg {
-  Line driven{};
+  std::vector<SE2> driven{};
   bool backwards = false;
 };
+
+Line positions(const std::vector<SE2>& poses) {
+  Line line;
+  line.reserve(poses.size());
+  for (const SE2& pose : poses) line.push_back(pose.translation());
+  return line;
+}
+
+/// Displacement of the robot in its own frame since the first pose, x forward and y left, at every pose.
+/// Turns on the spot do not contribute.
+Line motion_in_base(const std::vector<SE2>& driven) {
+  Line moved(driven.size(), Eigen::Vector2d::Zero());
+  for (std::size_t k = 1; k < driven.size(); ++k) {
+    const SE2 step = driven[k - 1].inverse() * driven[k];
+    moved[k] =
+        moved[k - 1] + SO2(-step.yaw() / 2) * step.translation();  // the frame halfway through the step
+  }
+  return moved;
+}
+
+/// Whether the robot moved more to the side than back or forth from one pose on.
+bool moved_sideways(const std::vector<SE2>& driven, std::size_t from) {
+  const Eigen::Vector2d moved =
+      motion_in_base({driven.begin() + static_cast<std::ptrdiff_t>(from), driven.end()}).back();
+  return std::abs(moved.y()) > std::abs(moved.x());
+}
 
 /// Splits the drive where the robot reversed. A few centimetres in the opposite direction are taken to be
 /// unintentional.
@@ -302,20 +329,20 @@ std::vector<Leg> legs_of(const Trajectory& trajectory) {
     Leg& leg = legs.back();
     if (!leg.driven.empty()) {
       const Eigen::Vector2d ahead(std::cos(map_T_base.yaw()), std::sin(map_T_base.yaw()));
-      const double moved = (map_T_base.translation() - leg.driven.back()).dot(ahead);
+      const double moved = (map_T_base.translation() - leg.driven.back().translation()).dot(ahead);
       if (reversed_m <= 0) reversed_from = leg.driven.size() - 1;
       reversed_m = std::max(0.0, reversed_m + (leg.backwards ? moved : -moved));
     }
-    leg.driven.push_back(map_T_base.translation());
+    leg.driven.push_back(map_T_base);
     if (reversed_m < kReversedMetres) continue;
-    const bool backwards = !leg.backwards;
     reversed_m = 0;
+    if (moved_sideways(leg.driven, reversed_from)) continue;
+    const bool backwards = !leg.backwards;
     if (!known && legs.size() == 1 && reversed_from == 0) {
       leg.backwards = backwards;
     } else {
-      Leg next{
-          .driven = Line(leg.driven.begin() + static_cast<std::ptrdiff_t>(reversed_from), leg.driven.end()),
-          .backwards = backwards};
+      Leg next{.driven = {leg.driven.begin() + static_cast<std::ptrdiff_t>(reversed_from), leg.driven.end()},
+               .backwards = backwards};
       leg.driven.resize(reversed_from + 1);
       legs.push_back(std::move(next));
     }
@@ -324,8 +351,52 @@ std::vector<Leg> legs_of(const Trajectory& trajectory) {
   return legs;
 }
 
-/// Appends a leg to the points of the route.
-void append(Route& route, const Line& line, bool closed, double signed_speed_m_s) {
+/// The step length that half of the distance is covered with; standstills and jumps hardly affect it.
+double usual_step_m(std::vector<double> steps_m) {
+  std::ranges::sort(steps_m);
+  double left_m = std::accumulate(steps_m.begin(), steps_m.end(), 0.0) / 2;
+  for (const double step_m : steps_m) {
+    left_m -= step_m;
+    if (left_m <= 0) return step_m;
+  }
+  return 0;
+}
+
+/// Shortens jumps of the trajectory, which are not motion of the robot.
+Line without_jumps(const Line& moved) {
+  constexpr double kMaxOfUsualStep = 4;
+  std::vector<double> steps_m;
+  for (std::size_t k = 1; k < moved.size(); ++k) steps_m.push_back((moved[k] - moved[k - 1]).norm());
+  const double most_m = kMaxOfUsualStep * usual_step_m(steps_m);
+  Line shortened = moved;
+  for (std::size_t k = 1; k < moved.size(); ++k) {
+    const double share = steps_m[k - 1] > most_m ? most_m / steps_m[k - 1] : 1;
+    shortened[k] = shortened[k - 1] + share * (moved[k] - moved[k - 1]);
+  }
+  return shortened;
+}
+
+/// The taught heading relative to a robot that follows the line without moving sideways, at each point of the
+/// line: the angle of the motion in the base frame over a distance long enough to average out noise.
+std::vector<double> taught_angles(const Leg& leg, const EvenLine& even, double step_m) {
+  constexpr double kReach_m = 0.25;
+  constexpr double kMinMoved_m = 0.1;  // a shorter displacement has no certain direction
+  const auto reach = static_cast<std::size_t>(std::max(1L, std::lround(kReach_m / step_m)));
+  const Line moved = without_jumps(motion_in_base(leg.driven));
+  const std::size_t n = even.sources.size();
+  std::vector<double> angles(n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t from = even.sources[i - std::min(i, reach)];
+    const std::size_t to = even.sources[std::min(i + reach, n - 1)];
+    const Eigen::Vector2d d = (leg.backwards ? -1 : 1) * (moved[to] - moved[from]);
+    if (d.norm() >= kMinMoved_m) angles[i] = -std::atan2(d.y(), d.x());
+  }
+  return angles;
+}
+
+/// Appends a leg to the points of the route. `angles` are those of taught_angles().
+void append(Route& route, const Line& line, const std::vector<double>& angles, bool closed,
+            double signed_speed_m_s) {
   const bool backwards = signed_speed_m_s < 0;
   const std::vector<double> bent = internal::curvatures(line, closed);
   const double begin = route.points.empty() ? 0 : route.points.back().arc_length_m;
@@ -334,7 +405,7 @@ void append(Route& route, const Line& line, bool closed, double signed_speed_m_s
     const Eigen::Vector2d before =
         i > 0 ? line[i - 1] : (route.points.empty() ? line[0] : route.points.back().map_T_base.translation());
     arc += (line[i] - before).norm();
-    const double yaw = heading(line, i, closed) + (backwards ? std::numbers::pi : 0.0);
+    const double yaw = heading(line, i, closed) + (backwards ? std::numbers::pi : 0.0) + angles[i];
     route.points.push_back({.map_T_base = SE2(line[i].x(), line[i].y(), yaw),
                             .arc_length_m = arc,
                             .curvature_1_m = bent[i],
@@ -352,10 +423,12 @@ Result<BuiltRoute> build_route(const Trajectory& trajectory, const RouteOptions&
   BuiltRoute route;
   double driven_m = 0;
   for (const Leg& leg : legs) {
-    Line line = even_steps(leg.driven, options.step_m).points;
-    driven_m += static_cast<double>(line.size()) * options.step_m;
-    if (line.size() < 3) continue;
-    line = average_onto(line, leg.driven);
+    const Line driven = positions(leg.driven);
+    const EvenLine even = even_steps(driven, options.step_m);
+    driven_m += static_cast<double>(even.points.size()) * options.step_m;
+    if (even.points.size() < 3) continue;
+    Line line = average_onto(even.points, driven);
+    std::vector<double> angles = taught_angles(leg, even, options.step_m);
     const auto loop = legs.size() == 1 ? points_of_first_loop(line, options.step_m, closing) : std::nullopt;
     if (loop) {
       const std::size_t overlap = line.size() - *loop;
@@ -367,8 +440,11 @@ Result<BuiltRoute> build_route(const Trajectory& trajectory, const RouteOptions&
     line = internal::smooth_line(line, route.closed, options.step_m, options.smoothing_m,
                                  options.max_curvature_1_m);
     // A leg begins at the end of the previous one, so its first point already exists.
-    if (!route.points.empty()) line.erase(line.begin());
-    append(route, line, route.closed, leg.backwards ? -options.speed_m_s : options.speed_m_s);
+    if (!route.points.empty()) {
+      line.erase(line.begin());
+      angles.erase(angles.begin());
+    }
+    append(route, line, angles, route.closed, leg.backwards ? -options.speed_m_s : options.speed_m_s);
   }
   if (driven_m < 0.5 || route.points.size() < 2) {
     return fail(ErrorCode::InvalidArgument,

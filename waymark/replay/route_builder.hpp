@@ -99,8 +99,10 @@ struct BuiltRoute : Route {
 /// Builds a route from a trajectory driven on the floor, with smoothed, evenly spaced points. The route is
 /// closed if the lap returned to its start and everything after that repeats it (points_of_first_loop()); the
 /// repeated part is cut off. If the rest leads elsewhere, it becomes part of the route. At points where the
-/// robot reversed, the speed changes sign; such a route is open. Standstills add no points. Fails if the
-/// trajectory is shorter than 0.5 m. O(poses) per return to the start.
+/// robot reversed, the speed changes sign; such a route is open. Points keep the taught heading: its angle to
+/// the direction of motion is averaged over half a metre (route_checks.hpp refuses large ones). Standstills
+/// and turns on the spot add no points. Fails if the trajectory is shorter than 0.5 m. O(poses) per return to
+/// the start.
 [[nodiscard]] Result<BuiltRoute> build_route(const Trajectory& trajectory, const RouteOptions& options = {});
 
 /// The longest distance along a taught lap without a frame that contains a map tag [m]. Frames and poses must

@@ -1,6 +1,7 @@
 // Tests which part of a lap becomes the route: one loop of a repeated lap, otherwise the whole lap.
 #include "waymark/replay/route_builder.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -8,8 +9,10 @@
 
 #include "tests/support/golden_page.hpp"
 #include "tests/support/route_shapes.hpp"
+#include "waymark/base/angles.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/replay/route_checks.hpp"
 
 namespace waymark {
 namespace {
@@ -27,6 +30,28 @@ class Drive {
   Drive& turn(double angle_rad, double radius_m) {
     return arc(std::abs(angle_rad) * radius_m, std::copysign(1 / radius_m, angle_rad));
   }
+  /// Moves straight in a direction relative to the heading, without turning; positive angles are to the left.
+  Drive& strafe(double metres, double direction_rad) {
+    length_m_ += metres;
+    const auto steps = static_cast<int>(std::lround(metres / kStep_m));
+    for (int i = 0; i < steps; ++i) {
+      at_ = at_ * SE2(metres / steps * std::cos(direction_rad), metres / steps * std::sin(direction_rad), 0);
+      add();
+    }
+    return *this;
+  }
+  Drive& spin(double angle_rad) {
+    constexpr int kSteps = 40;
+    for (int i = 0; i < kSteps; ++i) {
+      at_ = at_ * SE2(0, 0, angle_rad / kSteps);
+      add();
+    }
+    return *this;
+  }
+  Drive& rest(int poses) {
+    for (int i = 0; i < poses; ++i) add();
+    return *this;
+  }
   Drive& aside(double metres) {
     length_m_ += std::abs(metres);
     at_ = at_ * SE2(0, metres, 0);
@@ -41,11 +66,14 @@ class Drive {
     const auto steps = static_cast<int>(std::lround(metres / kStep_m));
     for (int i = 0; i < steps; ++i) {
       at_ = at_ * SE2::exp({metres / steps, 0, metres / steps * curvature_1_m});
-      const SE2 noise{random_.normal(0, 0.004), random_.normal(0, 0.004), random_.normal(0, 0.009)};
-      const Duration stamp(static_cast<std::int64_t>(driven_.size()) * 33'000'000);
-      driven_.push_back({SensorTime(stamp), lift(at_ * noise)});
+      add();
     }
     return *this;
+  }
+  void add() {
+    const SE2 noise{random_.normal(0, 0.004), random_.normal(0, 0.004), random_.normal(0, 0.009)};
+    const Duration stamp(static_cast<std::int64_t>(driven_.size()) * 33'000'000);
+    driven_.push_back({SensorTime(stamp), lift(at_ * noise)});
   }
 
   Random random_{3};
@@ -179,6 +207,112 @@ TEST(RouteBuilder, HalfALapStaysOpen) {
   ASSERT_TRUE(route);
   EXPECT_FALSE(route->closed);
   EXPECT_NEAR(route->length_m, 2 * kPi, 0.1);
+}
+
+// The heading that was taught.
+
+double angle_deg(double from_rad, double to_rad) {
+  return to_degrees(std::remainder(to_rad - from_rad, 2 * kPi));
+}
+
+/// Largest angle between the headings of a route and those of the nearest driven poses.
+double worst_heading_deg(const Route& route, const Trajectory& driven) {
+  double worst_deg = 0;
+  for (const RoutePoint& point : route.points) {
+    const auto distance_m = [&](const StampedPose& pose) {
+      return (pose.map_T_base.translation().head<2>() - point.map_T_base.translation()).norm();
+    };
+    const auto nearest = std::ranges::min_element(driven, {}, distance_m);
+    const double taught = project_to_plane(nearest->map_T_base).yaw();
+    worst_deg = std::max(worst_deg, std::abs(angle_deg(taught, point.map_T_base.yaw())));
+  }
+  return worst_deg;
+}
+
+/// An ellipse of 3 by 2 m, driven past its start, with the heading turned to the left of the motion.
+Trajectory turned_ellipse(double angle_rad, double slowness) {
+  Random random(5);
+  Trajectory driven;
+  const int steps = static_cast<int>(1000 * slowness);
+  for (int i = 0; i < 11 * steps / 10; ++i) {
+    const double t = 2 * kPi * i / steps;
+    const double yaw = std::atan2(2 * std::cos(t), -3 * std::sin(t)) + angle_rad;
+    const SE2 pose(3 * std::cos(t) + random.normal(0, 0.003), 2 * std::sin(t) + random.normal(0, 0.003),
+                   yaw + random.normal(0, 0.005));
+    driven.push_back({SensorTime(Duration(33'000'000LL * i)), lift(pose)});
+  }
+  return driven;
+}
+
+TEST(TaughtHeading, IsKeptInAnyDirectionOfMotion) {
+  for (const double off_deg : {0.0, 5.0, 15.0, -15.0, 45.0, -90.0, 90.0, 91.0, 89.0, -135.0, 180.0}) {
+    for (const double slowness : {1.0, 4.0}) {
+      const Trajectory driven = turned_ellipse(to_radians(off_deg), slowness);
+      const auto route = build_route(driven);
+      ASSERT_TRUE(route) << to_string(route.error());
+      EXPECT_TRUE(route->closed || std::abs(off_deg) > 100) << off_deg << " " << slowness;
+      EXPECT_LT(worst_heading_deg(*route, driven), 5) << off_deg << " " << slowness;
+      const double limit_deg = std::abs(off_deg) > 90 ? 180 - std::abs(off_deg) : std::abs(off_deg);
+      EXPECT_EQ(sideways_motion(*route).has_value(), limit_deg > 20) << off_deg;
+    }
+  }
+}
+
+TEST(TaughtHeading, LookingAroundOnTheWayIsNotSideways) {
+  Drive drive;
+  for (int i = 0; i < 4; ++i) drive.ahead(1).turn(kPi / 2, 0.3).spin(kPi / 2).rest(60).spin(-kPi / 2);
+  drive.ahead(0.5);
+  const BuiltRoute route = route_of(drive);
+  EXPECT_TRUE(route.closed);
+  EXPECT_FALSE(sideways_motion(route));
+}
+
+TEST(TaughtHeading, TurnsOnTheSpotAreNotSideways) {
+  for (const double turn_rad : {kPi / 2, -kPi / 2, 2.5, kPi}) {
+    Drive drive;
+    drive.ahead(2).rest(30).spin(turn_rad).rest(30).ahead(2);
+    EXPECT_FALSE(sideways_motion(route_of(drive))) << turn_rad;
+  }
+}
+
+TEST(TaughtHeading, APartThatWasDrivenSidewaysIsFound) {
+  for (const double direction_rad : {kPi / 2, -kPi / 2, 0.8, -0.8}) {
+    for (const double metres : {0.4, 1.0, 3.0}) {
+      Drive drive;
+      drive.ahead(2).strafe(metres, direction_rad).ahead(2);
+      const BuiltRoute route = route_of(drive);
+      const auto found = sideways_motion(route);
+      ASSERT_TRUE(found) << direction_rad << " " << metres;
+      EXPECT_GT(found->arc_length_m, 1.5);
+      EXPECT_LT(found->arc_length_m + found->length_m, 2.6 + metres);
+      EXPECT_EQ(found->angle_rad > 0, direction_rad < 0) << "the heading is to the other side of the motion";
+    }
+  }
+}
+
+TEST(TaughtHeading, APartThatWasDrivenDiagonallyBackIsFound) {
+  Drive drive;
+  drive.ahead(2).strafe(1, 2.4).ahead(2);
+  EXPECT_TRUE(sideways_motion(route_of(drive)));
+}
+
+TEST(TaughtHeading, ARouteThatReversesKeepsIt) {
+  Drive drive;
+  drive.ahead(2).rest(20).strafe(1, kPi).rest(20).ahead(1);
+  const BuiltRoute route = route_of(drive);
+  EXPECT_FALSE(sideways_motion(route));
+  EXPECT_TRUE(std::ranges::any_of(route.points, [](const RoutePoint& p) { return p.speed_m_s < 0; }));
+  for (const RoutePoint& point : route.points) EXPECT_NEAR(point.map_T_base.yaw(), 0, to_radians(5));
+}
+
+TEST(TaughtHeading, JumpsOfATrajectoryAreNotSideways) {
+  Drive drive;
+  stadium(drive);
+  drive.ahead(0.4).aside(0.35).ahead(0.4).aside(-0.35).ahead(0.4);
+  EXPECT_FALSE(sideways_motion(route_of(drive)));
+  Drive open;
+  open.ahead(1).aside(0.3).ahead(1).rest(500).aside(-0.3).ahead(1);
+  EXPECT_FALSE(sideways_motion(route_of(open))) << "after a long standstill, too";
 }
 
 TEST(RouteBuilder, AStandstillIsRejected) {

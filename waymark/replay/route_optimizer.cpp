@@ -8,6 +8,7 @@
 
 #include "waymark/geometry/planar.hpp"
 #include "waymark/replay/route_builder.hpp"
+#include "waymark/replay/route_checks.hpp"
 #include "waymark/replay/route_progress.hpp"
 #include "waymark/samples/visibility.hpp"
 
@@ -254,15 +255,17 @@ RouteFigures route_figures(const Route& route, const Route& taught, const RouteS
   return figures;
 }
 
-Result<OptimizedRoute> optimize_route(const Route& taught, const RouteScene& scene,
+Result<OptimizedRoute> optimize_route(const Route& as_taught, const RouteScene& scene,
                                       const ProfileOptions& profile, const OptimizerOptions& options) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
   if (Status status = check_ranges(profile); !status) return tl::unexpected(status.error());
-  for (const RoutePoint& point : taught.points) {
+  for (const RoutePoint& point : as_taught.points) {
     if (point.speed_m_s < 0)
       return fail(ErrorCode::Unsupported, "a route that reverses cannot be optimised", {},
                   "Optimise a route that is driven forwards only.");
   }
+  if (Status ahead = check_sideways(as_taught, {}); !ahead) return tl::unexpected(ahead.error());
+  const Route taught = facing_along(as_taught);  // offsets are measured across the direction of motion
   if (taught.points.size() < 8)
     return fail(ErrorCode::InvalidArgument, "a route of fewer than 8 points cannot be optimised");
   OptimizedRoute result{.taught = route_figures(taught, taught, scene, profile)};
@@ -273,7 +276,7 @@ Result<OptimizedRoute> optimize_route(const Route& taught, const RouteScene& sce
     result.optimized = route_figures(result.route, taught, scene, profile);
     if (no_worse(result.optimized, result.taught)) return result;
   }
-  result.route = taught;
+  result.route = as_taught;
   result.optimized = result.taught;
   return result;
 }

@@ -77,9 +77,9 @@ struct RouteScene {
 /// combines the lap time computed by with_speed_profile(), smoothness, clearance and visible tags. Offsets
 /// are penalised if their clearance is below the minimum of the taught route, or if fewer than two tags are
 /// visible where the taught route has two. If the result is worse in either respect, the taught route is
-/// returned. Visible tags and clearance are tabulated on a grid of offsets with the taught heading. Fails if
-/// the route changes direction or an option is out of range. O(points * (tags + rounds * length /
-/// narrowest)).
+/// returned. Visible tags and clearance are tabulated on a grid of offsets, with the heading of the direction
+/// of motion. Fails if the route changes direction or moves sideways (check_sideways()), or if an option is
+/// out of range. O(points * (tags + rounds * length / narrowest)).
 [[nodiscard]] Result<OptimizedRoute> optimize_route(const Route& taught, const RouteScene& scene,
                                                     const ProfileOptions& profile,
                                                     const OptimizerOptions& options);

@@ -11,8 +11,8 @@ namespace waymark {
 
 /// One point of a route.
 struct RoutePoint {
-  SE2 map_T_base{};  ///< x points in the robot's forward direction, which is backwards along the route if it
-                     ///< reverses
+  SE2 map_T_base{};  ///< x points in the robot's forward direction: along the route or, if it reverses,
+                     ///< opposite to it, unless it was taught sideways
   double arc_length_m = 0;   ///< distance driven since the first point; strictly increasing
   double curvature_1_m = 0;  ///< turn of the robot per distance; positive to the left
   double speed_m_s = 0;      ///< reference speed; negative if the robot reverses

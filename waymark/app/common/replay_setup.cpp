@@ -7,6 +7,7 @@
 #include "waymark/config/yaml/calibration_file.hpp"
 #include "waymark/config/yaml/route_file.hpp"
 #include "waymark/replay/route_builder.hpp"
+#include "waymark/replay/route_checks.hpp"
 
 namespace waymark {
 namespace {
@@ -97,8 +98,11 @@ Result<MapFolder> read_map_and_route(const fs::path& folder, const std::string& 
   if (!status) return tl::unexpected(status.error());
   Result<std::optional<Calibration>> odometry = odometry_in(folder, route_name);
   if (!odometry) return tl::unexpected(odometry.error());
-  return MapFolder{
-      .path = folder, .map = std::move(*map), .route = std::move(*route), .odometry = std::move(*odometry)};
+  return MapFolder{.path = folder,
+                   .map = std::move(*map),
+                   .route = std::move(*route),
+                   .route_name = route_name,
+                   .odometry = std::move(*odometry)};
 }
 
 Result<MapFolder> read_map_folder(const fs::path& folder, const std::string& route_name) {
@@ -110,8 +114,13 @@ Result<MapFolder> read_map_folder(const fs::path& folder, const std::string& rou
   return read;
 }
 
+Status check_drivable(const MapFolder& folder) {
+  return check_sideways(folder.route, (folder.path / route_file_name(folder.route_name)).string());
+}
+
 Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const RobotDescription& robot,
                                                 const ReplayerSetup& asked) {
+  if (Status drivable = check_drivable(folder); !drivable) return tl::unexpected(drivable.error());
   ReplayerSetup setup = asked;
   take_odometry(folder.odometry, robot.model, setup);
   const MountedSensor mounted = camera_of(robot, setup.calibration);

@@ -20,6 +20,7 @@ struct MapFolder {
   std::filesystem::path path{};
   MapFile map{};
   Route route{};
+  std::string route_name{};                 ///< empty for route.yaml
   std::optional<RobotDescription> robot{};  ///< read from robot.yaml; `nullopt` if the folder does not
                                             ///< contain it
   std::optional<Calibration> odometry{};    ///< estimated from the lap; empty in folders with older maps
@@ -43,9 +44,13 @@ struct ReplayerSetup {
                                              ///< the robot
 };
 
+/// Fails (Unsupported) if the folder's route moves sideways, because no replay can drive it. make_replayer()
+/// checks this as well.
+[[nodiscard]] Status check_drivable(const MapFolder& folder);
+
 /// Creates a Replayer for the folder's route and this robot, which is expected to start near the first point
-/// of the route. The odometry calibration from the lap is used if it is for a robot with the same name,
-/// unless the setup changes the default.
+/// of the route. Fails as check_drivable() does. The odometry calibration from the lap is used if it is for a
+/// robot with the same name, unless the setup changes the default.
 [[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder,
                                                               const RobotDescription& robot,
                                                               const ReplayerSetup& setup = {});

@@ -18,6 +18,7 @@
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/plot/run_figures.hpp"
+#include "waymark/replay/route_checks.hpp"
 #include "waymark/replay/safety_limiter.hpp"
 
 namespace waymark {
@@ -87,6 +88,8 @@ Result<OptimizeReport> optimize_route_of(const OptimizeJob& job) {
   if (!map) return tl::unexpected(map.error());
   const auto taught = read_route(folder / "route.yaml");
   if (!taught) return tl::unexpected(taught.error());
+  if (Status ahead = check_sideways(*taught, (folder / "route.yaml").string()); !ahead)
+    return tl::unexpected(ahead.error());
   if (Status status = check_output_folder(folder); !status) return tl::unexpected(status.error());
   std::error_code ignored;
   const auto robot_path = fs::exists(folder / "robot.yaml", ignored) ? Result<fs::path>(folder / "robot.yaml")

@@ -27,6 +27,7 @@
 #include "waymark/recording/ros2/convert.hpp"
 #include "waymark/recording/ros2/messages.hpp"
 #include "waymark/recording/sample_recorder.hpp"
+#include "waymark/replay/route_checks.hpp"
 
 namespace waymark {
 namespace {
@@ -117,6 +118,10 @@ Result<Trajectory> taught_path(const ReplayJob& job, const JobControl& control) 
   if (!job.taught.empty()) {
     Result<RecordedLap> lap = read_lap_file(job.taught, silent(control));
     if (!lap) return tl::unexpected(lap.error());
+    if (lap->truth.empty() && lap->other_clock) {
+      lap->other_clock->place.source = job.taught;
+      return tl::unexpected(*lap->other_clock);
+    }
     if (lap->truth.empty())
       return fail(ErrorCode::NotFound, "this recording contains no ground truth", {.source = job.taught});
     return std::move(lap->truth);
@@ -249,6 +254,13 @@ Result<std::optional<SampleRecorder>> record_replay(const RobotSetup& setup, con
   return std::optional<SampleRecorder>(std::move(*recorder));
 }
 
+void note_near_tags(const MapFolder& folder, const RobotModel& robot, const ReplayJob& job,
+                    const JobControl& control) {
+  const auto nearest = nearest_tag(folder.route, folder.map.tags, robot.hull);
+  const std::string words = nearest ? describe_too_near(*nearest, job.replay.safety) : std::string();
+  if (!words.empty()) control.note("warning: " + words);
+}
+
 double goal_m(const Route& route, const ReplayJob& job) {
   return route.length_m * (route.closed ? job.replay.laps : 1);
 }
@@ -289,10 +301,11 @@ Result<ReplayReport> replay_simulated(const RobotSetup& setup, const ReplayJob& 
   const Result<ReplayFiles> loaded = load_replay(job, control);
   if (!loaded) return tl::unexpected(loaded.error());
   if (Status laps = check_drive(job, loaded->route); !laps) return tl::unexpected(laps.error());
-  Result<std::optional<SampleRecorder>> recorder = record_replay(setup, job);
-  if (!recorder) return tl::unexpected(recorder.error());
   const auto replayer = make_replayer(*loaded, setup.robot(), replayer_setup(job));
   if (!replayer) return tl::unexpected(replayer.error());
+  Result<std::optional<SampleRecorder>> recorder = record_replay(setup, job);
+  if (!recorder) return tl::unexpected(recorder.error());
+  note_near_tags(*loaded, setup.simulated.model, job, control);
   const double goal = goal_m(loaded->route, job);
   const double allowed_s = time_allowed_s(loaded->route, job, setup.simulated.model);
   ReplayLog log(std::move(*recorder), job.images, goal, control);
@@ -383,6 +396,9 @@ Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& jo
   const Result<ReplayFiles> files = load_replay(job, control);
   if (!files) return tl::unexpected(files.error());
   if (Status laps = check_drive(job, files->route); !laps) return tl::unexpected(laps.error());
+  // Before the robot is started, which LiveReplay::make() would be too late for.
+  if (Status drivable = check_drivable(*files); !drivable) return tl::unexpected(drivable.error());
+  note_near_tags(*files, setup.simulated.model, job, control);
   PhaseViewers viewers(job.feed, setup.simulated, OperatorState::Replaying);
   const auto robot = LiveRobot::open(with_map_tags(setup, files->map), control);
   if (!robot) return tl::unexpected(robot.error());

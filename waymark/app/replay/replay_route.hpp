@@ -180,6 +180,10 @@ struct ReplayReport {
   double wall_s = 0;
 };
 
+/// Passes a warning to the control, before the drive, if the limiter will stop at a tag beside the route.
+void note_near_tags(const MapFolder& folder, const RobotModel& robot, const ReplayJob& job,
+                    const JobControl& control);
+
 /// Distance along the route that a replay will drive for this job [m].
 [[nodiscard]] double goal_m(const Route& route, const ReplayJob& job);
 

@@ -172,6 +172,8 @@ class SessionTasks final : public OperatorTasks {
     job.folder = map_folder_;
     Result<ReplayFiles> files = load_replay(job, control_);
     if (!files) return tl::unexpected(files.error());
+    if (Status drivable = check_drivable(*files); !drivable) return drivable;
+    note_near_tags(*files, setup_.simulated.model, job, control_);
     files_.emplace(std::move(*files));
     viewers_.show_map(map_folder_);
     if (!std::exchange(taken_, false)) return {};
