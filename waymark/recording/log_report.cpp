@@ -89,6 +89,8 @@ double rate(std::uint64_t messages, std::uint64_t first, std::uint64_t last) {
 void StampStatistics::add(std::uint64_t stamp_ns) {
   ++count_;
   if (stamp_ns == 0) ++zero_;
+  if (stamp_ns > 0) earliest_ = earliest_ > 0 ? std::min(earliest_, stamp_ns) : stamp_ns;
+  latest_ = std::max(latest_, stamp_ns);
   if (last_ && stamp_ns == *last_) ++duplicate_;
   if (last_ && stamp_ns < *last_) ++backward_;
   if (last_ && stamp_ns > *last_) {
@@ -192,7 +194,7 @@ Result<LogReport> report_on(MessageLog& log, const std::function<bool(std::uint6
   return report;
 }
 
-Result<LogContents> contents_of(MessageLog& log, bool whole) {
+Result<LogContents> contents_of(MessageLog& log, bool whole, ClockCheck* clocks) {
   LogContents contents;
   LogSelection others;
   for (const LogChannel& channel : log.channels()) {
@@ -209,6 +211,7 @@ Result<LogContents> contents_of(MessageLog& log, bool whole) {
                                                     "range_bearing", "scans",    "gamepad"};
     static_assert(std::variant_size_v<Sample> == kNames.size());
     contents.insert(kNames[sample.index()]);
+    if (clocks != nullptr) clocks->add(sample);
     return Status{};
   });
   if (!status) return tl::unexpected(status.error());

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "waymark/recording/message_log.hpp"
+#include "waymark/samples/clock_check.hpp"
 
 /// Reports the timing of a recording from its stamps: regularity, missing messages, clock jumps.
 namespace waymark {
@@ -23,6 +24,9 @@ class StampStatistics {
   [[nodiscard]] std::uint64_t duplicate() const { return duplicate_; }  ///< equal to the previous one
   [[nodiscard]] std::uint64_t backward() const { return backward_; }    ///< earlier than the previous one
   [[nodiscard]] std::uint64_t longest_ns() const { return longest_; }   ///< longest interval
+  /// The earliest and the latest stamp other than 0; 0 if there is none.
+  [[nodiscard]] std::uint64_t earliest_ns() const { return earliest_; }
+  [[nodiscard]] std::uint64_t latest_ns() const { return latest_; }
   /// Median interval in nanoseconds, to within 0.2 %; empty with fewer than two stamps.
   [[nodiscard]] std::optional<double> median_ns() const;
   /// Whether the stream is periodic: four fifths of the intervals are within 50 % of the median.
@@ -38,6 +42,8 @@ class StampStatistics {
   std::uint64_t duplicate_ = 0;
   std::uint64_t backward_ = 0;
   std::uint64_t longest_ = 0;
+  std::uint64_t earliest_ = 0;
+  std::uint64_t latest_ = 0;
   std::optional<std::uint64_t> last_{};
   std::map<int, std::uint64_t> intervals_{};  ///< counts by 512 log2(interval), so that memory is bounded
 };
@@ -74,9 +80,11 @@ struct LogReport {
 
 /// Kinds of samples in the first ten seconds of a recording: "tags", "images", "odometry", "wheels", "imu",
 /// "commands", "truth", "tag_poses", "range_bearing", "scans", "gamepad". If `whole`, reads the whole
-/// recording, so that problems() is complete. Images are not decoded.
+/// recording, so that problems() is complete. Images are not decoded. Adds the stamps of all other samples to
+/// `clocks`, if given.
 using LogContents = std::set<std::string>;
-[[nodiscard]] Result<LogContents> contents_of(MessageLog& log, bool whole = false);
+[[nodiscard]] Result<LogContents> contents_of(MessageLog& log, bool whole = false,
+                                              ClockCheck* clocks = nullptr);
 
 /// Reports counts and rates from the index alone if the file has one, without reading stamps. O(index).
 [[nodiscard]] LogReport quick_report_on(const MessageLog& log);

@@ -205,13 +205,23 @@ std::string to_string(const LogProblem& problem) {
 }
 
 LogSelection MessageLog::topics_used(const RecordingSetup& setup, std::optional<bool> images) const {
-  LogSelection selection;
+  LogSelection selection{.odometry_frame = setup.chosen.odometry_frame};
   for (const LogChannel& channel : channels()) {
     const bool image = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
     if (image == images.value_or(image) && !setup.chosen.unused.contains(channel.topic))
       selection.topics.insert(channel.topic);
   }
   return selection;
+}
+
+bool has_odometry_messages(const MessageLog& log) {
+  const auto has_odometry = [](const LogChannel& channel) {
+    const bool ros = channel.type == ros2::Odometry::kType && !channel.topic.starts_with("/truth/");
+    const bool table = channel.encoding == "csv" && channel.topic == "/odom";
+    const bool mbot = channel.encoding == "lcm" && channel.topic.find("ODOM") != std::string::npos;
+    return (ros || table || mbot) && channel.messages.value_or(1) > 0;
+  };
+  return std::ranges::any_of(log.channels(), has_odometry);
 }
 
 std::uint64_t recording_start_ns(MessageLog& log) {

@@ -77,6 +77,9 @@ struct LogSelection {
   std::set<std::string> topics{};
   std::uint64_t from = 0;
   std::uint64_t to = std::numeric_limits<std::uint64_t>::max();
+  /// Whether transforms from odom to the base are odometry samples in a recording without nav_msgs/Odometry.
+  bool odometry_in_transforms = true;
+  std::string odometry_frame{};  ///< child frame of these transforms; if empty, base_link or base_footprint
 
   [[nodiscard]] bool takes(const std::string& topic) const {
     return topics.empty() || topics.contains(topic);
@@ -136,7 +139,8 @@ class MessageLog {
   /// reveals a backward clock jump. Otherwise equivalent to visit().
   virtual Status visit_as_written(const Visitor& visit) { return this->visit({}, visit); }
   /// Visits the messages as samples in Waymark's conventions (docs/conventions.md); messages that are not
-  /// samples are skipped.
+  /// samples are skipped. In a ROS recording without nav_msgs/Odometry, the transforms from odom to the base
+  /// are odometry.
   virtual Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) = 0;
   /// The camera, its mounting on the robot, and the metadata, as far as the recording contains them. If there
   /// are several frames and topics, `choice` selects among them.
@@ -163,6 +167,9 @@ class MessageLog {
  protected:
   MessageLog() = default;
 };
+
+/// Whether the log may contain nav_msgs/Odometry messages, or odometry in a format that contains samples.
+[[nodiscard]] bool has_odometry_messages(const MessageLog& log);
 
 /// Start of a recording [ns]: the log time of its first message. Messages with a stamp of zero, which some
 /// programs write on /camera_info and /tf_static, are ignored if the others begin more than ten seconds

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/message_text.hpp"
+#include "waymark/samples/clock_check.hpp"
 #include "waymark/samples/odometry_jump.hpp"
 
 namespace waymark {
@@ -63,6 +64,22 @@ Status find_tags(MessageLog& log, const FrameFinder& find, RecordedLap& lap) {
 void order_frames(RecordedLap& lap) {
   put_in_order(lap.frames, lap.notes);
   put_in_order(lap.tag_poses, lap.notes);
+}
+
+void remove_other_clocks(RecordedLap& lap) {
+  ClockCheck clocks;
+  const auto add = [&](StampedKind kind, const auto& samples) {
+    for (const auto& sample : samples) clocks.add(kind, sample.stamp);
+  };
+  add(StampedKind::Observations, lap.frames);
+  add(StampedKind::Observations, lap.tag_poses);
+  add(StampedKind::Odometry, lap.odometry);
+  add(StampedKind::Imu, lap.imu);
+  add(StampedKind::Truth, lap.truth);
+  if (!clocks.overlaps(StampedKind::Odometry)) lap.odometry.clear();
+  if (!clocks.overlaps(StampedKind::Imu)) lap.imu.clear();
+  if (!clocks.overlaps(StampedKind::Truth)) lap.truth.clear();
+  lap.other_clock = clocks.mismatch();
 }
 
 void name_family(RecordedLap& lap) {
@@ -146,9 +163,11 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource
     if (const auto depth = only_depth_images(lap.setup.facts)) lap.notes.push_back(to_string(*depth));
   name_family(lap);
   order_frames(lap);
+  remove_other_clocks(lap);
   rejoin_odometry(lap);
   lap.setup.problems = std::move(damaged);
   for (const LogProblem& problem : log.problems()) lap.setup.problems.push_back(problem.error);
+  if (lap.other_clock) lap.setup.problems.push_back(*lap.other_clock);
   return lap;
 }
 

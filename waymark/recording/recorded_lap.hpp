@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,14 @@ struct RecordedLap {
   Trajectory truth{};                                ///< empty if unknown
   std::map<std::string, std::string> attachments{};  ///< contents by name
   std::vector<std::string> notes{};  ///< report images and odometry that were reordered or skipped
+  /// Why odometry, IMU data or ground truth are not in the lap although they were recorded: they are stamped
+  /// by another clock than the images. It is one of `setup.problems` as well.
+  std::optional<Error> other_clock{};
 };
+
+/// Removes odometry, IMU data and ground truth that do not overlap the images in time (ClockCheck), and sets
+/// `other_clock`.
+void remove_other_clocks(RecordedLap& lap);
 
 /// Sorts images by their stamps if they were recorded up to one second out of order. Removes images with the
 /// same stamp as another image from the same camera. Both are noted. After a larger backward jump of the

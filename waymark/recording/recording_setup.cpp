@@ -13,6 +13,7 @@
 #include "waymark/codecs/raw_pixels.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/transform_odometry.hpp"
 
 namespace waymark {
 namespace {
@@ -167,6 +168,20 @@ Status add_fact(CameraFacts& facts, std::string_view topic, std::string_view typ
   return {};
 }
 
+Status add_odometry_frames(CameraFacts& facts, std::string_view topic, std::string_view /*type*/,
+                           ByteSpan cdr) {
+  const auto message = cdr::decode<ros2::TFMessage>(cdr);
+  if (!message) return tl::unexpected(message.error());
+  for (const ros2::TransformStamped& transform : message->transforms) {
+    if (!ros2::is_odometry_frame(transform.header.frame_id)) continue;
+    const std::string child = frame_name(transform.child_frame_id);
+    const auto same = [&](const RecordedMotion& m) { return !m.parent.empty() && m.frame == child; };
+    if (std::ranges::any_of(facts.motions, same)) continue;
+    facts.motions.push_back({std::string(topic), child, false, frame_name(transform.header.frame_id)});
+  }
+  return {};
+}
+
 namespace {
 
 constexpr std::string_view kOptical = "optical";
@@ -198,6 +213,12 @@ bool is_on_topic(const std::string& topic, const std::string& place) {
   return topic == root || topic.starts_with(root + "/");
 }
 
+std::string odometry_note(const ChosenCamera& chosen) {
+  return fmt::format(
+      "odometry is read from the transforms on {}, because the recording contains no nav_msgs/Odometry",
+      chosen.odometry);
+}
+
 class CameraSelector {
  public:
   CameraSelector(const CameraFacts& facts, const CameraChoice& choice) : facts_(facts), choice_(choice) {}
@@ -206,6 +227,7 @@ class CameraSelector {
     choose_views();
     choose_info();
     choose_motion(false, choice_.odometry_topic, "odom", "odometry_topic");
+    if (odometry_ == nullptr) choose_transforms();
     choose_motion(true, choice_.imu_topic, "imu", "imu_topic");
     find_mounting();
     turn_imu();
@@ -218,6 +240,7 @@ class CameraSelector {
   void choose_info();
   void check_size(const RecordedCameraInfo& info);
   void choose_motion(bool imu, const std::string& requested, std::string_view usual, const char* field);
+  void choose_transforms();
   void find_mounting();
   std::string find_base(const std::string& camera);
   std::string find_camera();
@@ -416,7 +439,7 @@ void CameraSelector::choose_motion(bool imu, const std::string& requested, std::
                                    const char* field) {
   std::vector<const RecordedMotion*> all;
   for (const RecordedMotion& motion : facts_.motions)
-    if (motion.imu == imu) all.push_back(&motion);
+    if (motion.imu == imu && motion.parent.empty()) all.push_back(&motion);
   if (all.empty()) return;
   const RecordedMotion* chosen = all.size() == 1 ? all.front() : nullptr;
   for (const RecordedMotion* motion : all) {
@@ -435,11 +458,38 @@ void CameraSelector::choose_motion(bool imu, const std::string& requested, std::
     return;
   }
   (imu ? imu_ : odometry_) = chosen;
+  if (!imu) chosen_.odometry = chosen->topic;
   for (const RecordedMotion* motion : all)
     if (motion != chosen) chosen_.unused.insert(motion->topic);
   if (all.size() > 1)
     note(fmt::format("{} of {} is used, one of {} topics (set `{}` to change this)",
                      imu ? "the IMU" : "odometry", chosen->topic, all.size(), field));
+}
+
+/// Selects the transforms that are the odometry, if no topic contains any.
+void CameraSelector::choose_transforms() {
+  const std::string base = frame_name(choice_.base_frame);
+  std::vector<const RecordedMotion*> all;
+  for (const RecordedMotion& motion : facts_.motions) {
+    if (motion.parent.empty()) continue;
+    if (motion.frame == base || ros2::is_usual_base(motion.frame)) all.push_back(&motion);
+  }
+  const auto requested = std::ranges::find(all, base, [](const auto* motion) { return motion->frame; });
+  if (requested != all.end()) all = {*requested};
+  if (all.empty()) return;
+  if (all.size() > 1) {
+    std::vector<std::string> frames;
+    for (const RecordedMotion* motion : all) frames.push_back(motion->frame);
+    ambiguous(
+        fmt::format("the recording has no nav_msgs/Odometry, and transforms from odom to several bases: {}",
+                    fmt::join(frames, ", ")),
+        fmt::format("Choose one, for example `base_frame={}`.", frames.front()));
+    return;
+  }
+  odometry_ = all.front();
+  chosen_.odometry = fmt::format("{} ({} to {})", odometry_->topic, odometry_->parent, odometry_->frame);
+  chosen_.odometry_frame = odometry_->frame;
+  note(odometry_note(chosen_));
 }
 
 std::string CameraSelector::find_camera() {
@@ -618,6 +668,7 @@ void use_all(std::vector<ChosenCamera> cameras, RecordingSetup& setup) {
         {ros2::camera_of_frame(camera->camera_frame), *camera->camera, *camera->base_T_cam});
   setup.chosen.notes = {fmt::format("all {} cameras are used: {} (set `camera_frame` to use one)",
                                     frames.size(), fmt::join(frames, ", "))};
+  if (!setup.chosen.odometry_frame.empty()) setup.chosen.notes.push_back(odometry_note(setup.chosen));
 }
 
 }  // namespace

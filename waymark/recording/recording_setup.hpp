@@ -44,6 +44,7 @@ struct RecordedMotion {
   std::string topic{};
   std::string frame{};  ///< child_frame_id of odometry, or the frame of an IMU
   bool imu = false;
+  std::string parent{};  ///< parent frame of transforms that are odometry; otherwise empty
 };
 
 /// Cameras and frames in a ROS recording, before any selection.
@@ -68,6 +69,10 @@ struct CameraFacts {
 /// decoded.
 [[nodiscard]] Status add_fact(CameraFacts& facts, std::string_view topic, std::string_view type,
                               ByteSpan cdr);
+
+/// Adds the children of odom in a message with transforms, as odometry.
+[[nodiscard]] Status add_odometry_frames(CameraFacts& facts, std::string_view topic, std::string_view type,
+                                         ByteSpan cdr);
 
 /// A caller's choice of frames and topics in a recording; empty fields are determined from the recording.
 struct CameraChoice {
@@ -110,7 +115,9 @@ struct ChosenCamera {
   std::optional<SO3> base_R_imu{};  ///< set if the IMU axes differ from the base axes
   std::string base_frame{};
   std::string camera_frame{};
-  std::set<std::string> unused{};         ///< topics not to read: other cameras, duplicates
+  std::string odometry{};          ///< source of the odometry: a topic, or "/tf (odom to base_link)"
+  std::string odometry_frame{};    ///< child frame of the transforms that are the odometry; empty for a topic
+  std::set<std::string> unused{};  ///< topics not to read: other cameras, duplicates
   std::vector<std::string> notes{};       ///< messages about choices made among several candidates
   std::optional<Error> camera_error{};    ///< why there is no calibration
   std::optional<Error> mounting_error{};  ///< why there is no mounting; shows the frame tree
@@ -118,10 +125,11 @@ struct ChosenCamera {
   std::vector<std::string> frames{};  ///< frames of the cameras if there are several and none was selected
 };
 
-/// Selects the camera. The base is `base_frame`, otherwise the child_frame_id of the odometry, otherwise
-/// base_link or base_footprint in any namespace. The camera frame is `camera_frame`, otherwise the frame in
-/// the header of its tags or images, otherwise that of its calibration. The mounting is composed of all
-/// transforms between the two.
+/// Selects the camera and the odometry. Without nav_msgs/Odometry, the odometry is the transforms from odom
+/// to base_link, base_footprint or `base_frame`. The base is `base_frame`, otherwise the child frame of the
+/// odometry, otherwise base_link or base_footprint in any namespace. The camera frame is `camera_frame`,
+/// otherwise the frame in the header of its tags or images, otherwise that of its calibration. The mounting
+/// is composed of all transforms between the two.
 [[nodiscard]] ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice);
 
 /// All cameras in a recording, one per frame of tags or images, in the order of their calibrations. Empty

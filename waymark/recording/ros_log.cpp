@@ -27,6 +27,8 @@ Status RosLog::visit_samples(const LogSelection& selection, const SampleVisitor&
     stopped = !status;
     return status;
   });
+  if (selection.odometry_in_transforms && !has_odometry_messages(*this))
+    decoder.use_transforms(selection.odometry_frame);
   Status status = visit_cdr(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
     Status done = decoder.add(channel.topic, channel.type, message.log_time, message.data);
     if (done || stopped) return done;
@@ -38,11 +40,11 @@ Status RosLog::visit_samples(const LogSelection& selection, const SampleVisitor&
   return status ? decoder.finish() : status;
 }
 
-Status RosLog::add_facts(const std::set<std::string>& topics, RecordingSetup& setup) {
+Status RosLog::add_facts(const std::set<std::string>& topics, AddFact add, RecordingSetup& setup) {
   Status status;
   if (!topics.empty())
     status = visit_cdr({.topics = topics}, [&](const LogChannel& channel, const LogMessage& message) {
-      return add_fact(setup.facts, channel.topic, channel.type, message.data);
+      return add(setup.facts, channel.topic, channel.type, message.data);
     });
   for (const LogProblem& problem : problems()) {
     const std::string words = to_string(problem.error);
@@ -81,12 +83,15 @@ Result<RecordingSetup> RosLog::setup(const CameraChoice& choice) {
     }
   }
   add_first_facts(setup);
-  if (Status status = add_facts(fixed, setup); !status) return tl::unexpected(status.error());
+  if (Status status = add_facts(fixed, add_fact, setup); !status) return tl::unexpected(status.error());
+  if (!has_odometry_messages(*this))
+    if (Status status = add_facts(moving, add_odometry_frames, setup); !status)
+      return tl::unexpected(status.error());
   choose(setup, choice);
   // Most robots publish all fixed transforms on /tf_static; /tf, which is long, is read only if these are not
   // enough.
   if (setup.base_T_cam || moving.empty()) return setup;
-  if (Status status = add_facts(moving, setup); !status) return tl::unexpected(status.error());
+  if (Status status = add_facts(moving, add_fact, setup); !status) return tl::unexpected(status.error());
   choose(setup, choice);
   return setup;
 }

@@ -23,9 +23,11 @@ class RosLog : public MessageLog {
   LogProblems visited_;  ///< problems of the last visit
 
  private:
+  using AddFact = Status (*)(CameraFacts& facts, std::string_view topic, std::string_view type, ByteSpan cdr);
+
   Status visit_cdr(const LogSelection& selection, const Visitor& visit);
-  /// Adds cameras and frames from all messages on these topics; damage becomes a problem of the setup.
-  Status add_facts(const std::set<std::string>& topics, RecordingSetup& setup);
+  /// Adds facts from all messages on these topics; damage becomes a problem of the setup.
+  Status add_facts(const std::set<std::string>& topics, AddFact add, RecordingSetup& setup);
   /// Adds cameras and frames from the first message on each topic.
   void add_first_facts(RecordingSetup& setup);
 };

@@ -236,8 +236,10 @@ class MergedLog final : public MessageLog {
   Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) override {
     problems_.clear();
     std::vector<Sample> samples;
+    LogSelection of_parts = selection;
+    of_parts.odometry_in_transforms = selection.odometry_in_transforms && !has_odometry_messages(*this);
     for (const auto& part : parts_) {
-      Status status = part->visit_samples(selection, [&](const Sample& sample) {
+      Status status = part->visit_samples(of_parts, [&](const Sample& sample) {
         samples.push_back(sample);
         return Status{};
       });
@@ -257,6 +259,11 @@ class MergedLog final : public MessageLog {
     for (const auto& part : parts_) {
       Result<RecordingSetup> one = part->setup(choice);
       if (!one) return one;
+      if (!one->chosen.odometry_frame.empty() && has_odometry_messages(*this)) {
+        std::erase_if(one->facts.motions,
+                      [](const RecordedMotion& motion) { return !motion.parent.empty(); });
+        choose(*one, choice);
+      }
       all.problems.insert(all.problems.end(), one->problems.begin(), one->problems.end());
       all.metadata.merge(one->metadata);
       if (one->facts.infos.empty() && one->facts.views.empty() && one->facts.frames.empty()) continue;

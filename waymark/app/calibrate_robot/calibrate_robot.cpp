@@ -80,6 +80,11 @@ Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& o
   return status;
 }
 
+tl::unexpected<Error> in_recording(Error error, const LocalizeJob& job) {
+  error.place.source = job.logs.front();
+  return tl::unexpected(std::move(error));
+}
+
 Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, const JobControl& control) {
   Result<RecordedLap> recorded = read_lap_files(job.logs, control, nullptr, job.frames);
   if (!recorded) return tl::unexpected(recorded.error());
@@ -92,6 +97,7 @@ Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, c
     return fail(ErrorCode::NotFound, std::move(message), {.source = job.logs.front()},
                 "Make a map of the tags, and set `map` to it.");
   }
+  if (recorded->odometry.empty() && recorded->other_clock) return in_recording(*recorded->other_clock, job);
   const SensorTime first = recorded->frames.front().stamp;
   std::erase_if(recorded->frames, [&](const TagFrame& frame) {
     const double at_s = to_seconds(frame.stamp - first);
@@ -127,7 +133,7 @@ bool can_calibrate_by_lap(const LocalizeJob& job, const JobControl& control) {
   if (job.map.empty()) return true;
   if (job.logs.empty() || !read_map(map_file_of(job.map))) return false;
   const Result<RecordedLap> recorded = read_lap_files(job.logs, quiet, nullptr, job.frames);
-  return recorded && !recorded->frames.empty() && !recorded->odometry.empty();
+  return recorded && !recorded->frames.empty() && (!recorded->odometry.empty() || recorded->other_clock);
 }
 
 Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double from_s, double to_s,
@@ -241,6 +247,7 @@ Result<CalibrateRobotReport> by_lap(const CalibrateRobotJob& job, const JobContr
 Result<CalibrateRobotReport> by_innovations(const CalibrateRobotJob& job, const JobControl& control) {
   Result<LocalizeInputs> inputs = read_localize_inputs(job.drive, control);
   if (!inputs) return tl::unexpected(inputs.error());
+  if (inputs->other_clock) return in_recording(*inputs->other_clock, job.drive);
   const std::vector<Sample> samples = within(inputs->samples, job.from_s, job.to_s);
   if (samples.empty())
     return tl::unexpected(drive_error(ErrorCode::InvalidArgument,

@@ -12,6 +12,7 @@
 #include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/base/message_text.hpp"
+#include "waymark/samples/clock_check.hpp"
 
 namespace waymark {
 namespace {
@@ -34,6 +35,18 @@ void add_camera_problems(RecordingInfo& info) {
     if (problem) info.problems.push_back({LogProblem::Kind::Trap, "camera", *problem});
 }
 
+/// Adds a problem if odometry, IMU data or ground truth are not stamped by the clock of the images.
+void add_clock_problem(ClockCheck clocks, RecordingInfo& info) {
+  for (const RecordedView& view : info.setup.facts.views) {
+    const auto topic = std::ranges::find(info.report.topics, view.topic, &TopicReport::topic);
+    if (!view.image || topic == info.report.topics.end()) continue;
+    for (const std::uint64_t stamp_ns : {topic->stamps.earliest_ns(), topic->stamps.latest_ns()})
+      clocks.add(StampedKind::Observations, SensorTime(Duration(static_cast<std::int64_t>(stamp_ns))));
+  }
+  if (auto mismatch = clocks.mismatch())
+    info.problems.push_back({LogProblem::Kind::Trap, "clocks", *std::move(mismatch)});
+}
+
 }  // namespace
 
 Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobControl& control) {
@@ -46,7 +59,8 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
                      .summary = log.summary(),
                      .quick = quick,
                      .attachments = log.attachments()};
-  Result<LogContents> contents = contents_of(log, !quick);
+  ClockCheck clocks;
+  Result<LogContents> contents = contents_of(log, !quick, &clocks);
   if (!contents) return tl::unexpected(contents.error());
   // Problems with the messages; must be copied before the next visit clears them.
   info.problems = log.problems();
@@ -72,6 +86,7 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
       info.problems.push_back(std::move(problem));
   if (!setup) info.problems.push_back({.key = "setup", .error = setup.error()});
   add_camera_problems(info);
+  add_clock_problem(clocks, info);
   return info;
 }
 
@@ -184,6 +199,8 @@ ReportFields fields(const RecordingInfo& info) {
           {"contents",
            "Kinds of samples in the recording (with `quick`: in its first 10 s), as named by `waymark play`",
            info.contents},
+          {"odometry", "ROS: source of the odometry, its topic or /tf with its frames; empty if unknown",
+           info.setup.chosen.odometry},
           {"metadata", "Metadata blocks by name, each with its values by key", metadata_fields(info)},
           {"attachments", "Files in the recording", attachments},
           {"problems", "Messages about damage", problems},
@@ -316,6 +333,8 @@ std::string head_text(const RecordingInfo& info) {
       info.file, static_cast<double>(info.summary.size_bytes) / 1024, info.report.messages, chunks,
       info.description);
   if (!info.summary.library.empty()) text += fmt::format("written by  {}\n", info.summary.library);
+  if (!info.setup.chosen.odometry_frame.empty())
+    text += fmt::format("odometry    {}\n", info.setup.chosen.odometry);
   return text + fmt::format("start       {}\nduration    {:.3f} s\n", start_text(info.report.start_ns),
                             info.report.duration_s);
 }

@@ -18,6 +18,7 @@
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/innovation_fits.hpp"
+#include "waymark/samples/clock_check.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
@@ -53,7 +54,8 @@ std::vector<TagFrame> tag_frames_of(const std::vector<Sample>& samples) {
   return frames;
 }
 
-Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInputs& inputs,
+/// `transforms`: whether odometry may be read from transforms.
+Status read_log(const std::string& path, const CameraChoice& frames, bool transforms, LocalizeInputs& inputs,
                 const JobControl& control) {
   const auto log = open_recording(path, control);
   if (!log) return tl::unexpected(log.error());
@@ -65,7 +67,8 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
   }
   bool has_observations = false;
   bool has_images = false;
-  const LogSelection used = setup ? (*log)->topics_used(*setup) : LogSelection{};
+  LogSelection used = setup ? (*log)->topics_used(*setup) : LogSelection{};
+  used.odometry_in_transforms = transforms;
   const Status status = (*log)->visit_samples(used, [&](Sample sample) -> Status {
     if (control.cancelled()) return fail(ErrorCode::Unreadable, "stopped", {.source = path});
     has_observations = has_observations || is_observation(sample);
@@ -94,12 +97,34 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
   return {};
 }
 
+/// Removes samples that do not overlap the observations in time.
+void remove_other_clocks(LocalizeInputs& inputs) {
+  ClockCheck clocks;
+  for (const Sample& sample : inputs.samples) clocks.add(sample);
+  inputs.other_clock = clocks.mismatch();
+  if (!inputs.other_clock) return;
+  inputs.warnings.push_back(to_string(*inputs.other_clock));
+  std::erase_if(inputs.samples, [&](const Sample& sample) {
+    const auto kind = stamped_kind(sample);
+    return kind && !clocks.overlaps(*kind);
+  });
+}
+
+/// Whether one of these recordings contains odometry other than in transforms.
+bool any_odometry_messages(const std::vector<std::string>& logs, const JobControl& control) {
+  return std::ranges::any_of(logs, [&](const std::string& path) {
+    const auto log = open_recording(path, silent(control));
+    return log && has_odometry_messages(**log);
+  });
+}
+
 /// Reads the recordings of a single drive. At most one of them may contain odometry.
 Status read_logs(const LocalizeJob& job, LocalizeInputs& inputs, const JobControl& control) {
   std::string with_odometry;
+  const bool transforms = job.logs.size() == 1 || !any_odometry_messages(job.logs, control);
   for (const std::string& log : job.logs) {
     const auto before = static_cast<std::ptrdiff_t>(inputs.samples.size());
-    if (Status status = read_log(log, job.frames, inputs, control); !status) return status;
+    if (Status status = read_log(log, job.frames, transforms, inputs, control); !status) return status;
     const bool moves = std::any_of(inputs.samples.begin() + before, inputs.samples.end(),
                                    [](const Sample& s) { return std::holds_alternative<Odometry>(s); });
     if (!moves) continue;
@@ -286,6 +311,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
   LocalizeInputs& inputs = *read;
   Status status = read_logs(job, inputs, control);
   if (!status) return tl::unexpected(status.error());
+  remove_other_clocks(inputs);
   status = read_robot_of(job, inputs);
   if (status) status = apply_mounting(job, inputs);
   if (status) status = apply_requested(job, inputs);

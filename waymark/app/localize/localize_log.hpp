@@ -74,6 +74,9 @@ struct LocalizeInputs {
   std::vector<std::string> warnings{};
   RecordingSetup recorded{};   ///< camera setup read from the recording
   std::string first_damage{};  ///< first damage found in the recordings; empty if they are intact
+  /// Why samples were removed: they are stamped by another clock than the observations. It is one of the
+  /// warnings as well.
+  std::optional<Error> other_clock{};
   std::size_t observations = 0;
   bool mounting_guessed = false;  ///< whether the mounting was unknown and had to be assumed
   /// Whether `sensor_pose` was set. If so, the sensor has x forward and y left; otherwise it has optical

@@ -6,12 +6,14 @@
 #include "waymark/recording/mcap/reader.hpp"
 #include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/transform_odometry.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
 namespace {
 
 constexpr std::string_view kTruthPrefix = "/truth/";
+constexpr std::string_view kFixedTransforms = "tf_static";
 
 struct Ros2Message {
   std::string_view topic{};
@@ -48,6 +50,7 @@ std::string_view type_of(const mcap::Index& index, const mcap::Channel& channel)
 class SampleDecoder::Impl {
  public:
   explicit Impl(Visitor visit) : visit_(std::move(visit)) {}
+  void use_transforms(std::string base_frame) { transforms_.emplace(std::move(base_frame)); }
   Status add(const Ros2Message& raw);
   Status finish();
 
@@ -62,8 +65,10 @@ class SampleDecoder::Impl {
   Status on_truth(const Ros2Message& raw);
   Status on_twist(const Ros2Message& raw);
   Status on_joints(const Ros2Message& raw);
+  Status on_transforms(const Ros2Message& raw);
 
   Visitor visit_;
+  std::optional<ros2::TransformOdometry> transforms_{};
   /// Waits for the covariances and unreliable tags that may follow it.
   std::optional<TagFrame> frame_{};
 };
@@ -88,6 +93,7 @@ Status SampleDecoder::Impl::add(const Ros2Message& raw) {
   if (raw.topic.starts_with(kTruthPrefix)) return on_truth(raw);
   if (raw.type == ros2::AprilTagDetectionArray::kType) return on_tags(raw);
   if (raw.type == ros2::Odometry::kType) return give<ros2::Odometry>(raw);
+  if (raw.type == ros2::TFMessage::kType) return on_transforms(raw);
   if (raw.type == ros2::JointState::kType) return on_joints(raw);
   if (raw.type == ros2::Imu::kType) return give<ros2::Imu>(raw);
   if (raw.type == ros2::TwistStamped::kType) return give<ros2::TwistStamped>(raw);
@@ -161,8 +167,23 @@ Status SampleDecoder::Impl::on_joints(const Ros2Message& raw) {
   return wheels ? give<ros2::JointState>(raw) : Status{};
 }
 
+/// Only moving transforms are odometry.
+Status SampleDecoder::Impl::on_transforms(const Ros2Message& raw) {
+  if (!transforms_ || raw.topic.ends_with(kFixedTransforms)) return {};
+  const auto message = cdr::decode<ros2::TFMessage>(raw.cdr);
+  if (!message) return tl::unexpected(named(message.error(), raw));
+  for (const ros2::TransformStamped& transform : message->transforms) {
+    const auto odometry = transforms_->add(transform);
+    if (!odometry) return tl::unexpected(named(odometry.error(), raw));
+    if (!*odometry) continue;
+    if (Status status = visit_(**odometry); !status) return status;
+  }
+  return {};
+}
+
 SampleDecoder::SampleDecoder(Visitor visit) : impl_(std::make_unique<Impl>(std::move(visit))) {}
 SampleDecoder::~SampleDecoder() = default;
+void SampleDecoder::use_transforms(std::string base_frame) { impl_->use_transforms(std::move(base_frame)); }
 Status SampleDecoder::add(std::string_view topic, std::string_view type, std::uint64_t log_time,
                           ByteSpan cdr) {
   return impl_->add({topic, type, log_time, cdr});

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 #include <string_view>
 
 #include "waymark/recording/byte_file.hpp"
@@ -20,6 +21,8 @@ class SampleDecoder {
   SampleDecoder(const SampleDecoder&) = delete;
   SampleDecoder& operator=(const SampleDecoder&) = delete;
 
+  /// Also converts transforms to odometry (TransformOdometry); for recordings without nav_msgs/Odometry.
+  void use_transforms(std::string base_frame);
   /// Visits the sample of a message in plain CDR, if its type and topic are supported. log_time [ns] is the
   /// stamp for types without a header. Fails if a message cannot be decoded or the visitor fails. A tag frame
   /// waits for the covariances that may follow it.
