@@ -555,9 +555,10 @@ void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std:
   }
   if (longest <= kMinReported_s) return;
   warnings.push_back(fmt::format(
-      "no mapped tag was observed for {:.1f} s from {:.1f} s on: odometry alone determines that part; "
-      "uncover the camera or add a tag there",
-      longest, to_seconds(from - lap.frames.front().stamp)));
+      "no mapped tag was observed for {:.1f} s from {:.1f} s on: {}; uncover the camera or add a tag there",
+      longest, to_seconds(from - lap.frames.front().stamp),
+      lap.odometry.empty() ? "without odometry, the route crosses that part on a straight line"
+                           : "odometry alone determines that part"));
 }
 
 namespace {
