@@ -448,6 +448,27 @@ void warn_of_size(const MapJob& job, MapReport& report) {
                   asked, counted(others, "tag"), known));
 }
 
+/// Warns if a replay will stop at a tag beside the route. A route that it refuses anyway is not checked.
+void check_clearance(const RecordedLap& recorded, MapReport& report) {
+  const auto yaml = robot_yaml_of(recorded);
+  if (!yaml || sideways_motion(report.lap.route)) return;
+  const Result<RobotDescription> robot = parse_robot(*yaml, "robot.yaml");
+  if (!robot) return;
+  report.nearest_tag = nearest_tag(report.lap.route, report.lap.map, robot->model.hull);
+  std::string words = report.nearest_tag ? describe_too_near(*report.nearest_tag) : std::string();
+  if (!words.empty()) report.warnings.push_back(std::move(words));
+}
+
+/// Records the source of the odometry, and warns if there is none.
+void name_odometry(const RecordedLap& recorded, MapReport& report) {
+  if (!recorded.odometry.empty()) {
+    report.odometry = recorded.setup.chosen.odometry;
+  } else if (!recorded.other_clock) {
+    report.warnings.emplace_back(
+        "the recording contains no odometry: the trajectory and the route are estimated from tags alone");
+  }
+}
+
 /// Applies the robot file. It overrides the recording, and is copied to the map folder later.
 Status use_robot(const MapJob& job, RecordedLap& recorded, MapReport& report) {
   if (job.robot.empty()) return {};
@@ -494,6 +515,8 @@ Result<MapReport> map_recording(const MapJob& job, const JobControl& control) {
   warnings.insert(warnings.end(), report.lap.warnings.begin(), report.lap.warnings.end());
   report.warnings.insert(report.warnings.begin(), warnings.begin(), warnings.end());
   note_content(job, content, *map, report);
+  name_odometry(*recorded, report);
+  check_clearance(*recorded, report);
   warn_of_size(job, report);
   compare_with_prior(job, report);
   if (Status status = write_map_folder(*recorded, job, *map, watch, report); !status)
@@ -594,6 +617,15 @@ ReportFields fields(const MapReport& report) {
       {"route_repeated_m",
        "Length of the lap beyond the closing point, where it repeats the route and is cut off",
        lap.route_repeated_m},
+      {"route_clearance_m",
+       "Smallest distance in space from the hull to a tag along the route; null without a robot file",
+       part(report.nearest_tag, &NearestTag::clearance_m)},
+      {"route_sideways_deg",
+       "Largest angle between heading and direction of motion along a route that moves sideways",
+       if_any(part(sideways_motion(lap.route),
+                   [](const SidewaysMotion& motion) { return to_degrees(std::abs(motion.angle_rad)); }))},
+      {"odometry", "Source of the odometry: its topic, or /tf with its frames; empty if unknown or unused",
+       report.odometry},
       {"tag_rmse_m", "Distance of tag centres from the true ones, root mean square",
        part(tags, &TagMapErrors::rmse_m)},
       {"tag_max_m", "Largest distance of a tag centre from the true one", part(tags, &TagMapErrors::max_m)},

@@ -13,6 +13,7 @@
 #include "waymark/config/yaml/map_file.hpp"
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
+#include "waymark/replay/route_checks.hpp"
 
 /// `waymark map lap`: makes a map, a route and figures from a recorded lap, and writes them to a folder.
 namespace waymark {
@@ -77,6 +78,9 @@ struct MapReport {
   double prior_rms_m = 0;
   bool extends = false;  ///< whether the lap extends a map
   std::optional<PoseLapFigures> poses{};
+  /// Where the route passes a tag most closely; `nullopt` if the hull of the robot is unknown.
+  std::optional<NearestTag> nearest_tag{};
+  std::string odometry{};                    ///< source of the odometry in use; empty if there is none
   std::vector<std::string> warnings{};       ///< warnings about the lap and the recording
   std::vector<std::string> files{};          ///< paths of the written files
   std::vector<std::string> renamed_files{};  ///< backups of existing files, named with a numeric suffix
