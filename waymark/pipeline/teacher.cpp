@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include "waymark/base/message_text.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/replay/route_builder.hpp"
 #include "waymark/samples/odometry_jump.hpp"
 
 namespace waymark {
@@ -86,10 +88,27 @@ constexpr int kMinLinkFrames = 5;        // minimum for a link that connects two
 constexpr double kJumpSeconds = 0.5;     // a working clock never makes larger steps
 constexpr double kShortestMetres = 0.5;  // minimum length of a route that is not a loop
 
+/// Whether a tag may be within PassedTags::kMaxRange_m, by its longest side in the image. A tag that is seen
+/// obliquely still has a side that is not foreshortened.
+bool is_near(const TagDetection& detection, double size_m, const CameraModel& camera) {
+  const auto ahead = camera.project(Eigen::Vector3d(0, 0, 1));
+  const auto beside = camera.project(Eigen::Vector3d(1e-3, 0, 1));
+  if (!ahead || !beside) return true;
+  const double focal_px = (*beside - *ahead).norm() / 1e-3;
+  double side_px = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    side_px = std::max(side_px, (detection.corners_px[(i + 1) % 4] - detection.corners_px[i]).norm());
+  return side_px * PassedTags::kMaxRange_m >= focal_px * size_m;
+}
+
 }  // namespace
 
 double TeachSummary::two_tags_fraction() const {
   return frames > 0 ? 1.0 - static_cast<double>(low_observability_frames) / frames : 0.0;
+}
+
+Teacher::Teacher(TeachSetup setup) : setup_(std::move(setup)) {
+  if (setup_.hull) passed_.emplace(*setup_.hull);
 }
 
 TaughtFrame Teacher::add(const TagFrame& frame) {
@@ -100,6 +119,7 @@ TaughtFrame Teacher::add(const TagFrame& frame) {
   for (const TagPoseObservation& seen : taught.observed.tags) tags.push_back(seen.tag);
   count(frame.stamp, frame.camera, tags, taught.map_T_cam);    // Algorithm 1, line 15
   taught.low_observability = in_view_.count(frame.stamp) < 2;  // Algorithm 1, lines 6 and 7
+  pass(taught.observed);
   return taught;
 }
 
@@ -117,6 +137,8 @@ std::optional<SE3> Teacher::anchored(const ObservedFrame& observed) const {
 void Teacher::watch(const TagFrame& frame) {
   std::vector<TagId> tags;
   TagFrame anchor{.stamp = frame.stamp, .camera = frame.camera};
+  TagFrame near = anchor;
+  const CameraModel& camera = camera_of(setup_, frame.camera).camera;
   for (const TagDetection& detection : frame.detections) {
     if (!setup_.sizes.size_m(detection.tag)) continue;
     if (!usable_corners(detection)) {
@@ -125,8 +147,31 @@ void Teacher::watch(const TagFrame& frame) {
     }
     tags.push_back(detection.tag);
     if (detection.tag == setup_.anchor) anchor.detections.push_back(detection);
+    if (passed_ && is_near(detection, *setup_.sizes.size_m(detection.tag), camera))
+      near.detections.push_back(detection);
   }
   count(frame.stamp, frame.camera, tags, anchored(observe(anchor, setup_)));
+  if (!near.detections.empty()) pass(observe(near, setup_));
+}
+
+/// Adds the tags near the robot to those that it may pass too closely.
+void Teacher::pass(const ObservedFrame& observed) {
+  if (!passed_) return;
+  const SE3& base_T_cam = observed.base_T_cam ? *observed.base_T_cam : setup_.base_T_cam;
+  std::vector<TagBesideRobot> beside;
+  for (const TagPoseObservation& seen : observed.tags)
+    beside.push_back({seen.tag, *setup_.sizes.size_m(seen.tag), base_T_cam * seen.cam_T_tag});
+  passed_->add(observed.stamp, std::move(beside));
+}
+
+void Teacher::pass(const TagPoseFrame& frame) {
+  if (!passed_) return;
+  const SE3& base_T_cam = camera_of(setup_, frame.camera).base_T_cam;
+  std::vector<TagBesideRobot> beside;
+  for (const SeenTagPose& seen : frame.tags)
+    if (const auto size_m = setup_.sizes.size_m(seen.tag))
+      beside.push_back({seen.tag, *size_m, base_T_cam * seen.cam_T_tag});
+  passed_->add(frame.stamp, std::move(beside));
 }
 
 void Teacher::watch(const TagPoseFrame& frame) {
@@ -137,11 +182,13 @@ void Teacher::watch(const TagPoseFrame& frame) {
     if (seen.tag == setup_.anchor) map_T_cam = setup_.map_T_anchor * seen.cam_T_tag.inverse();
   }
   count(frame.stamp, frame.camera, tags, map_T_cam);
+  pass(frame);
 }
 
 void Teacher::count(SensorTime stamp, const std::string& camera, const std::vector<TagId>& tags,
                     const std::optional<SE3>& map_T_cam) {
   receive(stamp, true);
+  clocks_.add(StampedKind::Observations, stamp);
   in_view_.add(camera, stamp, tags);
   if (!first_) first_ = last_tag_ = stamp;
   last_ = stamp;
@@ -189,12 +236,48 @@ void Teacher::receive(SensorTime stamp, bool is_frame) {
 
 void Teacher::add(const Odometry& odometry) {
   receive(odometry.stamp, false);
+  clocks_.add(StampedKind::Odometry, odometry.stamp);
   const bool jumped = odometry_ && odometry_jumped(*odometry_, odometry);
   counters_.odometry_jumps += jumped ? 1 : 0;
   if (odometry_ && !jumped) {
     counters_.distance_m += (odometry_->odom_T_base.inverse() * odometry.odom_T_base).translation().norm();
   }
+  follow(odometry, jumped);
   odometry_ = odometry;
+}
+
+/// Extends the driven line. Poses that are closer together than the steps of a route are not needed.
+void Teacher::follow(const Odometry& odometry, bool jumped) {
+  constexpr double kStep_m = 0.01;
+  if (jumped) driven_T_odom_ = driven_T_odom_ * odometry_->odom_T_base * odometry.odom_T_base.inverse();
+  if (passed_) {
+    if (jumped) passed_->forget();
+    passed_->add(odometry);
+  }
+  const SE3 driven_T_base = lift(driven_T_odom_ * odometry.odom_T_base);
+  if (!driven_.empty() &&
+      (driven_T_base.translation() - driven_.back().map_T_base.translation()).norm() < kStep_m)
+    return;
+  driven_.push_back({odometry.stamp, driven_T_base});
+}
+
+/// Samples by two clocks cannot be compared, so neither a jump of the clock nor a silence is known.
+void Teacher::compare_clocks(TeachSummary& summary) const {
+  summary.clocks_apart_s = clocks_.apart_s(StampedKind::Odometry);
+  if (!summary.clocks_apart_s) return;
+  summary.clock_back_s = summary.longest_silence_s = summary.image_arrival_delay_s = 0;
+  summary.warnings.push_back(to_string(*clocks_.mismatch()));
+}
+
+/// Warns about a lap that a replay cannot drive.
+void Teacher::warn_of_route(TeachSummary& summary) const {
+  if (const auto route = build_route(driven_, {.closing_distance_m = 0}))
+    summary.sideways = sideways_motion(*route);
+  if (passed_) summary.nearest_tag = passed_->nearest();
+  if (summary.sideways) summary.warnings.push_back(describe(*summary.sideways));
+  if (!summary.nearest_tag || summary.sideways) return;
+  std::string words = describe_too_near(*summary.nearest_tag);
+  if (!words.empty()) summary.warnings.push_back(std::move(words));
 }
 
 /// Warns about tags that are weakly connected to the others, or not at all.
@@ -283,12 +366,15 @@ TeachSummary Teacher::summary() const {
   summary.anchor_at_end =
       !last_anchor_observations_.empty() && last_anchor_observations_.back().stamp >= last_window;
   summary.closed_loop = summary.anchor_at_start && summary.anchor_at_end && came_back(last_window);
+  compare_clocks(summary);
   summary.mappable = first_anchored_cam_.has_value() && summary.seen.size() >= 2 &&
-                     summary.clock_back_s == 0 && summary.odometry_jumps == 0 && long_enough(summary);
+                     summary.clock_back_s == 0 && summary.odometry_jumps == 0 && !summary.clocks_apart_s &&
+                     long_enough(summary);
 
   warn_of_views(summary);
   warn_of_links(summary);
   warn_of_stamps(summary);
+  warn_of_route(summary);
   return summary;
 }
 

@@ -12,10 +12,15 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/families/family.hpp"
 #include "waymark/mapping/lap/chain.hpp"
+#include "waymark/pipeline/passed_tags.hpp"
+#include "waymark/replay/route_checks.hpp"
+#include "waymark/samples/clock_check.hpp"
 #include "waymark/samples/mounted_camera.hpp"
+#include "waymark/samples/robot_model.hpp"
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 #include "waymark/samples/tags_in_view.hpp"
+#include "waymark/samples/trajectory.hpp"
 
 namespace waymark {
 
@@ -59,6 +64,7 @@ struct TeachSetup {
   bool closed_route = true;       ///< whether the lap should end where it started
   bool anchor_pose_given = true;  ///< if false, mapping places the map according to the pose of the anchor
                                   ///< relative to the floor
+  std::optional<Hull> hull{};     ///< of the robot, for the distance from tags; not checked if empty
   std::vector<MountedCamera> more_cameras{};  ///< cameras other than the first; frames that carry none of
                                               ///< their names are from the first
 };
@@ -86,14 +92,19 @@ struct TeachSummary {
   /// Whether the anchor was observed at both ends and, in the last seconds, at least once from nearly the
   /// position of the first observation. The lap may continue beyond that position.
   bool closed_loop = false;
-  double clock_back_s = 0;           ///< largest backward jump of the sensor clock
-  double longest_silence_s = 0;      ///< longest time without any sample
-  int odometry_jumps = 0;            ///< number of odometry resets (odometry_jumped())
+  double clock_back_s = 0;       ///< largest backward jump of the sensor clock
+  double longest_silence_s = 0;  ///< longest time without any sample
+  int odometry_jumps = 0;        ///< number of odometry resets (odometry_jumped())
+  /// Time between the beginnings of odometry and images if they do not overlap: they are stamped by two
+  /// clocks. Then the values above that compare their stamps are 0.
+  std::optional<double> clocks_apart_s{};
+  std::optional<SidewaysMotion> sideways{};  ///< sideways motion along the lap, by odometry
+  std::optional<NearestTag> nearest_tag{};   ///< tag that the hull passed most closely, by odometry
   double image_arrival_delay_s = 0;  ///< delay between tags and odometry measured at the same time, if it is
                                      ///< long
-  /// Whether the lap can be mapped. This requires that the anchor and another tag were observed, and that
-  /// neither the clock nor the odometry jumped. In addition, the loop must be closed if it should be;
-  /// otherwise at least half a metre must have been driven.
+  /// Whether the lap can be mapped. This requires that the anchor and another tag were observed, that neither
+  /// the clock nor the odometry jumped, and that all samples are stamped by one clock. In addition, the loop
+  /// must be closed if it should be; otherwise at least half a metre must have been driven.
   bool mappable = false;
   std::vector<TagLink> weak_links{};  ///< links of few frames whose loss would split the map, weakest first
   std::vector<TagId> unreachable{};   ///< tags that no chain of frames connects to the anchor
@@ -106,7 +117,7 @@ struct TeachSummary {
 /// 1). Converts samples to taught frames, without optimisation.
 class Teacher {
  public:
-  explicit Teacher(TeachSetup setup) : setup_(std::move(setup)) {}
+  explicit Teacher(TeachSetup setup);
 
   TaughtFrame add(const TagFrame& frame);
   /// Only counts observations and computes no pose except that of the anchor. For monitoring a lap while it
@@ -136,6 +147,11 @@ class Teacher {
   void warn_of_views(TeachSummary& summary) const;
   void warn_of_links(TeachSummary& summary) const;
   void warn_of_stamps(TeachSummary& summary) const;
+  void compare_clocks(TeachSummary& summary) const;
+  void warn_of_route(TeachSummary& summary) const;
+  void pass(const ObservedFrame& observed);
+  void pass(const TagPoseFrame& frame);
+  void follow(const Odometry& odometry, bool jumped);
   [[nodiscard]] bool long_enough(const TeachSummary& summary) const;
 
   TeachSetup setup_;
@@ -150,6 +166,10 @@ class Teacher {
   std::optional<StampedPose> first_anchored_cam_{};
   std::deque<AnchorObservation> last_anchor_observations_{};  ///< observations in the last seconds
   std::optional<Odometry> odometry_{};
+  ClockCheck clocks_{};
+  std::optional<PassedTags> passed_{};
+  Trajectory driven_{};  ///< by odometry; resets of the odometry are joined
+  SE2 driven_T_odom_{};
 };
 
 struct TeachMonitorOptions {

@@ -73,6 +73,7 @@ TeachSetup teach_setup(const SimulatedSetup& simulated) {
                    .anchor = world.anchor,
                    .map_T_anchor = world.tags.find(world.anchor)->map_T_tag,
                    .closed_route = world.path_closed,
+                   .hull = simulated.model.hull,
                    .more_cameras = simulated.more_cameras};
   for (const auto& [tag, mapped] : world.tags.tags) setup.sizes.size_by_tag_m[tag] = mapped.size_m;
   setup.sizes.default_size_m = world.tags.find(world.anchor)->size_m;

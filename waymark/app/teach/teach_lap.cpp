@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -12,6 +13,7 @@
 #include "waymark/app/live/live_robot.hpp"
 #include "waymark/app/live/start_recording.hpp"
 #include "waymark/app/live/viewers.hpp"
+#include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/recording/sample_recorder.hpp"
@@ -275,6 +277,16 @@ ReportFields fields(const TeachReport& report) {
           {"longest_silence_s", "Longest time without any sample", s.longest_silence_s},
           {"clock_back_s", "Largest backward jump of the sensors' clock; 0: none", s.clock_back_s},
           {"odometry_jumps", "Number of times that the odometry was reset", s.odometry_jumps},
+          {"clocks_apart_s",
+           "Time between the beginnings of odometry and images, if they are stamped by two clocks",
+           if_any(s.clocks_apart_s)},
+          {"sideways_deg",
+           "Largest angle between heading and direction of motion by odometry, if the robot moved sideways",
+           if_any(part(s.sideways,
+                       [](const SidewaysMotion& motion) { return to_degrees(std::abs(motion.angle_rad)); }))},
+          {"min_clearance_m",
+           "Smallest distance in space from the hull to a tag, by odometry; null if no tag was near",
+           part(s.nearest_tag, &NearestTag::clearance_m)},
           {"distance_m", "Driven distance, by odometry", s.distance_m},
           {"worst_blur_px", "Largest motion blur, from yaw rate, exposure time and focal length",
            report.worst_blur_px},
