@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <string>
@@ -11,6 +12,9 @@
 #include "tests/support/data.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 /// Recordings of simulated laps of circuit24, as input of jobs.
@@ -20,7 +24,23 @@ struct RecordedLapOptions {
   double for_s = std::numeric_limits<double>::infinity();  ///< recording ends at this time
   bool anchor_and_size = true;                             ///< records anchor and tag size
   bool odometry = true;
+  bool odometry_in_transforms = false;  ///< odometry is recorded on /tf only
+  double motion_ahead_s = 0;            ///< the clock of odometry and IMU is ahead of that of the camera
 };
+
+/// The sample, stamped by the clock of its sensor.
+inline Sample stamped_by_its_clock(Sample sample, const RecordedLapOptions& options) {
+  const Duration ahead(std::llround(1e9 * options.motion_ahead_s));
+  if (auto* odometry = std::get_if<Odometry>(&sample)) odometry->stamp += ahead;
+  if (auto* imu = std::get_if<ImuSample>(&sample)) imu->stamp += ahead;
+  return sample;
+}
+
+inline Status record_transform(const Odometry& odometry, SampleRecorder& recorder) {
+  return recorder.add_message(topics::kTf, odometry.stamp,
+                              ros2::TFMessage{{ros2::to_ros_transform(odometry.stamp, "odom", "base_link",
+                                                                      lift(odometry.odom_T_base))}});
+}
 
 inline std::string file_text(const std::filesystem::path& path) {
   return read_text_file(path, std::size_t{1} << 26U).value_or("cannot be read: " + path.string());
@@ -61,7 +81,11 @@ inline std::string record_lap(const std::filesystem::path& file, std::uint64_t s
   listener.on_sample = [&](const Sample& sample) {
     over = over || to_seconds(stamp_of(sample).time_since_epoch()) > options.for_s;
     const bool left_out = over || (!options.odometry && std::holds_alternative<Odometry>(sample));
-    return left_out ? Status() : recorder->add(sample);
+    if (left_out) return Status();
+    const Sample recorded = stamped_by_its_clock(sample, options);
+    const auto* odometry = std::get_if<Odometry>(&recorded);
+    return odometry != nullptr && options.odometry_in_transforms ? record_transform(*odometry, *recorder)
+                                                                 : recorder->add(recorded);
   };
   listener.should_stop = [&] { return over; };
   EXPECT_TRUE(drive_scripted_lap({world, robot.model, robot.camera, {.seed = seed}}, {}, listener));

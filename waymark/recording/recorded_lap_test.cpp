@@ -5,6 +5,8 @@
 
 #include "tests/support/golden_page.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/recording/ros2/convert.hpp"
+#include "waymark/recording/ros2/messages.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
@@ -127,6 +129,87 @@ TEST(ReadLap, KeepsTheOrderOfImagesIfTheClockWentBack) {
   for (const char* camera : {"left", "right"}) two.frames.push_back({.stamp = ms(10), .camera = camera});
   order_frames(two);
   EXPECT_EQ(two.frames.size(), 2U) << "two cameras with the same stamp";
+}
+
+/// A lap whose odometry, IMU data and ground truth begin these many milliseconds after the images.
+RecordedLap lap_of_clocks(int odometry_ms, int imu_ms, int truth_ms) {
+  RecordedLap lap;
+  for (int i = 1; i <= 100; ++i) {
+    lap.frames.push_back({.stamp = ms(100 * i)});
+    lap.odometry.push_back({ms(100 * i + odometry_ms), SE2(0.01 * i, 0, 0), 1, 0});
+    lap.imu.push_back({.stamp = ms(100 * i + imu_ms)});
+    lap.truth.push_back({ms(100 * i + truth_ms), SE3()});
+  }
+  return lap;
+}
+
+TEST(ReadLap, SamplesOfAnotherClockAreNotUsed) {
+  constexpr int kHour_ms = 3'600'000;
+  RecordedLap one = lap_of_clocks(5, -5, 0);
+  remove_other_clocks(one);
+  EXPECT_FALSE(one.other_clock);
+  EXPECT_EQ(one.odometry.size() + one.imu.size() + one.truth.size(), 300U);
+  RecordedLap lap = lap_of_clocks(kHour_ms, kHour_ms, 0);
+  remove_other_clocks(lap);
+  EXPECT_THAT(lap.odometry, IsEmpty());
+  EXPECT_THAT(lap.imu, IsEmpty());
+  EXPECT_EQ(lap.truth.size(), 100U);
+  EXPECT_EQ(lap.frames.size(), 100U);
+  ASSERT_TRUE(lap.other_clock);
+  EXPECT_EQ(lap.other_clock->code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(lap.other_clock->message, HasSubstr("3600 s"));
+  testing::expect_on_page("recording", *lap.other_clock);
+  RecordedLap truth = lap_of_clocks(0, 0, kHour_ms);
+  remove_other_clocks(truth);
+  EXPECT_THAT(truth.truth, IsEmpty());
+  EXPECT_EQ(truth.odometry.size(), 100U);
+  RecordedLap poses = lap_of_clocks(kHour_ms, 0, 0);
+  for (const TagFrame& frame : poses.frames) poses.tag_poses.push_back({.stamp = frame.stamp});
+  poses.frames.clear();
+  remove_other_clocks(poses);
+  EXPECT_THAT(poses.odometry, IsEmpty());
+}
+
+/// A recording with these odometry messages and transforms from odom to base_link.
+Bytes record_motion(bool on_topic, bool in_transforms) {
+  Bytes file;
+  auto recorder = SampleRecorder::open(memory_sink(file));
+  EXPECT_TRUE(recorder);
+  EXPECT_TRUE(recorder->add_camera(ms(0), lap_camera(), SE3(SO3(), {0.1, 0, 0.2})));
+  for (int i = 1; i <= 50; ++i) {
+    EXPECT_TRUE(recorder->add(TagFrame{.stamp = ms(20 * i)}));
+    if (on_topic) EXPECT_TRUE(recorder->add(Odometry{ms(20 * i), SE2(0.02 * i, 0, 0), 1, 0}));
+    const SE3 odom_T_base = lift(SE2(0.01 * i, 0.002 * i, 0.01 * i));
+    const ros2::TFMessage transforms{{ros2::to_ros_transform(ms(20 * i), "map", "odom", SE3()),
+                                      ros2::to_ros_transform(ms(20 * i), "odom", "base_link", odom_T_base)}};
+    if (in_transforms) EXPECT_TRUE(recorder->add_message(topics::kTf, ms(20 * i), transforms));
+    if (in_transforms) EXPECT_TRUE(recorder->add_message(topics::kTf, ms(20 * i), transforms));
+  }
+  EXPECT_TRUE(recorder->close());
+  return file;
+}
+
+TEST(ReadLap, OdometryIsReadFromTransformsIfThereIsNoTopic) {
+  const auto lap = lap_of(record_motion(false, true));
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  ASSERT_EQ(lap->odometry.size(), 50U) << "repeated transforms count once";
+  EXPECT_NEAR(lap->odometry.back().odom_T_base.x(), 0.5, 1e-9);
+  EXPECT_NEAR(lap->odometry.back().odom_T_base.yaw(), 0.5, 1e-9);
+  EXPECT_EQ(lap->odometry.back().stamp, ms(1000));
+  EXPECT_EQ(lap->setup.chosen.odometry, "/tf (odom to base_link)");
+  EXPECT_FALSE(lap->other_clock);
+}
+
+TEST(ReadLap, AnOdometryTopicTakesPrecedenceOverTransforms) {
+  const auto lap = lap_of(record_motion(true, true));
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  ASSERT_EQ(lap->odometry.size(), 50U);
+  EXPECT_NEAR(lap->odometry.back().odom_T_base.x(), 1.0, 1e-9);
+  EXPECT_EQ(lap->setup.chosen.odometry, "/odom");
+  const auto none = lap_of(record_motion(false, false));
+  ASSERT_TRUE(none);
+  EXPECT_THAT(none->odometry, IsEmpty());
+  EXPECT_EQ(none->setup.chosen.odometry, "");
 }
 
 TEST(ReadLap, SearchesImagesOnlyIfThereAreNoTags) {

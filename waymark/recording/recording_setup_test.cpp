@@ -279,5 +279,65 @@ TEST(CameraChoice, OneOdometryAndOneImuAreUsed) {
   EXPECT_TRUE(choose_camera(facts, {}).ambiguous);
 }
 
+/// A robot without nav_msgs/Odometry whose transforms lead from odom to its base.
+CameraFacts a_robot_with_transforms(const std::string& base = "base_link") {
+  CameraFacts facts = a_robot();
+  facts.motions = {{"/tf", base, false, "odom"}};
+  return facts;
+}
+
+TEST(CameraChoice, TransformsFromOdomAreTheOdometryIfNoTopicIs) {
+  const ChosenCamera chosen = choose_camera(a_robot_with_transforms(), {});
+  EXPECT_EQ(chosen.odometry, "/tf (odom to base_link)");
+  EXPECT_EQ(chosen.odometry_frame, "base_link");
+  EXPECT_FALSE(chosen.ambiguous);
+  ASSERT_EQ(chosen.notes.size(), 1U);
+  testing::expect_on_page("recording", chosen.notes[0]);
+  CameraFacts both = a_robot_with_transforms();
+  both.motions.push_back({"/odom", "base_link", false});
+  EXPECT_EQ(choose_camera(both, {}).odometry, "/odom") << "the topic takes precedence";
+  EXPECT_EQ(choose_camera(both, {}).odometry_frame, "");
+  EXPECT_EQ(choose_camera(a_robot(), {}).odometry, "/odom");
+  EXPECT_EQ(choose_camera(a_robot_with_transforms("arm_link"), {}).odometry, "") << "not a base";
+}
+
+TEST(CameraChoice, TheBaseIsTheChildFrameOfTheTransformsThatAreOdometry) {
+  CameraFacts facts = a_robot_with_transforms("base_footprint");
+  facts.frames.add("base_footprint", "base_link", SE3(SO3(), {0, 0, 0.05}));
+  const ChosenCamera chosen = choose_camera(facts, {});
+  EXPECT_EQ(chosen.base_frame, "base_footprint");
+  ASSERT_TRUE(chosen.base_T_cam);
+  expect_same(*chosen.base_T_cam, SE3(SO3(), {0, 0, 0.05}) * kUp * kTurned * kOpticalTurn);
+}
+
+TEST(CameraChoice, OneOfSeveralBasesInTheTransformsMustBeChosen) {
+  CameraFacts facts = a_robot_with_transforms("r1/base_link");
+  facts.motions.push_back({"/tf", "r2/base_link", false, "r2/odom"});
+  const ChosenCamera chosen = choose_camera(facts, {});
+  ASSERT_TRUE(chosen.ambiguous);
+  testing::expect_on_page("recording", *chosen.ambiguous);
+  const ChosenCamera second = choose_camera(facts, {.base_frame = "/r2/base_link"});
+  EXPECT_FALSE(second.ambiguous);
+  EXPECT_EQ(second.odometry_frame, "r2/base_link");
+  facts.motions.push_back({"/tf", "chassis", false, "odom"});
+  EXPECT_EQ(choose_camera(facts, {.base_frame = "chassis"}).odometry, "/tf (odom to chassis)");
+}
+
+TEST(CameraFacts, TheChildrenOfOdomAreFoundInTransforms) {
+  const SensorTime stamp{};
+  const ros2::TFMessage message{{ros2::to_ros_transform(stamp, "map", "odom", SE3()),
+                                 ros2::to_ros_transform(stamp, "/odom", "/base_link", SE3()),
+                                 ros2::to_ros_transform(stamp, "r1/odom", "r1/base_footprint", SE3()),
+                                 ros2::to_ros_transform(stamp, "base_link", "wheel", SE3())}};
+  CameraFacts facts;
+  for (int i = 0; i < 2; ++i)
+    ASSERT_TRUE(add_odometry_frames(facts, "/tf", ros2::TFMessage::kType, cdr::encode(message)));
+  ASSERT_EQ(facts.motions.size(), 2U);
+  EXPECT_EQ(facts.motions[0].frame, "base_link");
+  EXPECT_EQ(facts.motions[0].parent, "odom");
+  EXPECT_EQ(facts.motions[1].frame, "r1/base_footprint");
+  EXPECT_FALSE(add_odometry_frames(facts, "/tf", ros2::TFMessage::kType, ByteSpan()));
+}
+
 }  // namespace
 }  // namespace waymark

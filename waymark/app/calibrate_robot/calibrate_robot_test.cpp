@@ -94,6 +94,21 @@ TEST(CalibrateByLap, RequiresTagCornersAndOdometry) {
   EXPECT_FALSE(can_calibrate_by_lap(job, {}));
 }
 
+TEST(CalibrateRobot, OdometryOfAnotherClockIsAnError) {
+  const fs::path folder = testing::fresh_folder("jobs_two_clocks");
+  const std::string lap = test::record_lap(folder / "lap.mcap", 72, {.for_s = 6, .motion_ahead_s = 3600});
+  for (const CalibrateRobotBy by :
+       {CalibrateRobotBy::Lap, CalibrateRobotBy::Innovations, CalibrateRobotBy::Either}) {
+    CalibrateRobotJob job{.drive = {.logs = {lap}, .map = calibration_drive().map}};
+    job.by = by;
+    const auto report = calibrate_robot(job, {});
+    ASSERT_FALSE(report) << static_cast<int>(by);
+    EXPECT_EQ(report.error().code, ErrorCode::InvalidArgument);
+    EXPECT_EQ(report.error().place.source, lap);
+    EXPECT_THAT(report.error().message, HasSubstr("3600 s"));
+  }
+}
+
 TEST(CalibrateByInnovations, MinimisesInnovationsAndCanBeCancelled) {
   CalibrateRobotJob job{.drive = {.logs = {calibration_drive().lap}, .map = calibration_drive().map}};
   job.by = CalibrateRobotBy::Innovations;

@@ -82,6 +82,36 @@ TEST_F(ReplaySetup, TheLongestSegmentWithoutTagsIsComputedIfMissing) {
   EXPECT_LT(*(*replayer)->route().longest_without_tags_m, 2);
 }
 
+TEST_F(ReplaySetup, ARouteThatWasTaughtSidewaysIsRefused) {
+  MapFolder folder = read_map_folder(folder_).value();
+  EXPECT_TRUE(check_drivable(folder));
+  for (RoutePoint& point : folder.route.points) {
+    const SE2& at = point.map_T_base;
+    point.map_T_base = SE2(at.x(), at.y(), at.yaw() - M_PI / 2);
+  }
+  ASSERT_TRUE(write_route(folder_ / "route-left.yaml", folder.route));
+  folder = read_map_folder(folder_, "left").value();
+  const auto replayer = make_replayer(folder);
+  ASSERT_FALSE(replayer);
+  EXPECT_EQ(replayer.error().code, ErrorCode::Unsupported);
+  EXPECT_EQ(replayer.error().place.source, (folder_ / "route-left.yaml").string());
+  EXPECT_EQ(replayer.error().place.key, "points[0]");
+}
+
+TEST_F(ReplaySetup, ASmallAngleToTheMotionIsDrivenAhead) {
+  MapFolder folder = read_map_folder(folder_).value();
+  const auto usual = make_replayer(folder);
+  ASSERT_TRUE(usual);
+  for (RoutePoint& point : folder.route.points) {
+    const SE2& at = point.map_T_base;
+    point.map_T_base = SE2(at.x(), at.y(), at.yaw() + 0.2);
+  }
+  const auto replayer = make_replayer(folder);
+  ASSERT_TRUE(replayer) << to_string(replayer.error());
+  for (std::size_t i = 0; i < folder.route.points.size(); ++i)
+    EXPECT_EQ((*replayer)->route().points[i].map_T_base, (*usual)->route().points[i].map_T_base);
+}
+
 TEST_F(ReplaySetup, AFolderWithoutRobotFileRequiresARobot) {
   fs::remove(folder_ / "robot.yaml");
   const auto folder = read_map_folder(folder_);

@@ -83,6 +83,32 @@ TEST(RecordingInfo, TextAndJsonHaveTheSameContent) {
   EXPECT_THAT(text, HasSubstr("s on the robot's clock")) << "the clock of a simulated lap starts at 0";
 }
 
+TEST(RecordingInfo, TwoClocksAreATrap) {
+  const fs::path folder = testing::fresh_folder("jobs_info_clocks");
+  const std::string lap = test::record_lap(folder / "lap.mcap", 15, {.for_s = 4, .motion_ahead_s = 3600});
+  for (const bool quick : {false, true}) {
+    const auto info = look_at(lap, quick, {});
+    ASSERT_TRUE(info) << to_string(info.error());
+    const auto trap = std::ranges::find(info->problems, "clocks", &LogProblem::key);
+    ASSERT_NE(trap, info->problems.end()) << quick;
+    EXPECT_EQ(trap->kind, LogProblem::Kind::Trap);
+    EXPECT_THAT(trap->error.message, HasSubstr("3600 s"));
+  }
+}
+
+TEST(RecordingInfo, TheSourceOfTheOdometryIsNamed) {
+  EXPECT_EQ(to_json(fields(look_at(short_lap(), true, {}).value()))["odometry"], "/odom");
+  const fs::path folder = testing::fresh_folder("jobs_info_transforms");
+  const std::string lap =
+      test::record_lap(folder / "lap.mcap", 15, {.for_s = 4, .odometry_in_transforms = true});
+  const auto info = look_at(lap, false, {});
+  ASSERT_TRUE(info) << to_string(info.error());
+  EXPECT_EQ(to_json(fields(*info))["odometry"], "/tf (odom to base_link)");
+  EXPECT_THAT(to_text(*info), HasSubstr("/tf (odom to base_link)"));
+  EXPECT_THAT(info->contents, Contains("odometry"));
+  EXPECT_THAT(info->problems, IsEmpty());
+}
+
 TEST(RecordingInfo, DepthImagesAreNotContents) {
   const fs::path file = testing::fresh_folder("jobs_info_depth") / "depth.mcap";
   auto recorder = SampleRecorder::open(std::move(*create_file(file)));

@@ -157,6 +157,49 @@ TEST(LocalizeInputsOf, SortAndCountTheSamplesOfAllFiles) {
   EXPECT_NEAR(project_to_plane(placed->setup.sensor.base_T_sensor).yaw(), M_PI / 2, 1e-12);
 }
 
+std::size_t odometry_samples(const LocalizeInputs& inputs) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      inputs.samples, [](const Sample& sample) { return std::holds_alternative<Odometry>(sample); }));
+}
+
+TEST(LocalizeInputsOf, LeaveOutOdometryOfAnotherClock) {
+  LocalizeJob job = input_files().job();
+  const auto sound = read_localize_inputs(job, {});
+  ASSERT_TRUE(sound);
+  EXPECT_FALSE(sound->other_clock);
+  EXPECT_GT(odometry_samples(*sound), 50U);
+  job.logs = {test::record_lap(input_files().folder / "two_clocks.mcap", 91,
+                               {.for_s = 3, .motion_ahead_s = 1'700'000'000})};
+  const auto inputs = read_localize_inputs(job, {});
+  ASSERT_TRUE(inputs) << to_string(inputs.error());
+  ASSERT_TRUE(inputs->other_clock);
+  EXPECT_THAT(inputs->warnings, Contains(to_string(*inputs->other_clock)));
+  EXPECT_EQ(odometry_samples(*inputs), 0U);
+  EXPECT_EQ(inputs->observations, sound->observations);
+  EXPECT_LT(to_seconds(stamp_of(inputs->samples.back()) - stamp_of(inputs->samples.front())), 3.1);
+  const auto report = localize(job, *inputs, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_LT(report->duration_s, 3.1);
+}
+
+TEST(LocalizeInputsOf, TransformsAreOdometryOnlyWithoutAnyOther) {
+  LocalizeJob job = input_files().job();
+  const std::size_t usual = odometry_samples(read_localize_inputs(job, {}).value());
+  job.logs = {test::record_lap(input_files().folder / "transforms.mcap", 91,
+                               {.for_s = 3, .odometry_in_transforms = true})};
+  const auto alone = read_localize_inputs(job, {});
+  ASSERT_TRUE(alone) << to_string(alone.error());
+  EXPECT_EQ(odometry_samples(*alone), usual);
+  EXPECT_EQ(alone->recorded.chosen.odometry, "/tf (odom to base_link)");
+  const fs::path wheels = input_files().folder / "wheels_too.csv";
+  ASSERT_TRUE(
+      write_text_file(wheels, "t_s,x_m,y_m,theta_rad,speed_m_s,yaw_rate_rad_s\n1,0,0,0,0,0\n2,0,0,0,0,0\n"));
+  job.logs.push_back(wheels.string());
+  const auto both = read_localize_inputs(job, {});
+  ASSERT_TRUE(both) << to_string(both.error());
+  EXPECT_EQ(odometry_samples(*both), 2U) << "the table takes precedence";
+}
+
 TEST(LocalizeInputsOf, RejectARecordingWithoutObservations) {
   const fs::path wheels = input_files().folder / "wheels.csv";
   ASSERT_TRUE(write_text_file(wheels, "t_s,x_m,y_m,theta_rad,speed_m_s,yaw_rate_rad_s\n1,0,0,0,0,0\n"));

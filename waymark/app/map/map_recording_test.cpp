@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/golden_page.hpp"
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/config/yaml/map_file.hpp"
 #include "waymark/config/yaml/route_file.hpp"
@@ -26,6 +27,12 @@ const std::string& short_lap() {
   static const std::string file =
       test::record_lap(testing::fresh_folder("jobs_short_lap") / "lap.mcap", 5, {.for_s = 12});
   return file;
+}
+
+std::string lines_of(const std::vector<std::string>& sentences) {
+  std::string text;
+  for (const std::string& sentence : sentences) text += sentence + "\n";
+  return text;
 }
 
 class MapLap : public ::testing::Test {
@@ -54,6 +61,46 @@ TEST_F(MapLap, SummaryMatchesFilesAndGroundTruth) {
   EXPECT_EQ(json["tags"], map.tags.tags.size());
   EXPECT_EQ(json.dump(), to_json(fields(*report)).dump());
   for (const std::string& file : report->files) EXPECT_TRUE(fs::exists(file)) << file;
+}
+
+TEST_F(MapLap, OdometryInTransformsGivesTheSameMap) {
+  const fs::path lap = testing::fresh_folder("jobs_map_transforms") / "lap.mcap";
+  const auto usual = map_recording({.lap = short_lap(), .folder = folder_}, {});
+  test::record_lap(lap, 5, {.for_s = 12, .odometry_in_transforms = true});
+  const auto report = map_recording({.lap = lap.string(), .folder = folder_}, {});
+  ASSERT_TRUE(usual && report) << to_string(report.error());
+  EXPECT_EQ(usual->odometry, "/odom");
+  EXPECT_EQ(report->odometry, "/tf (odom to base_link)");
+  ASSERT_TRUE(report->tag_errors);
+  EXPECT_NEAR(report->tag_errors->rmse_m, usual->tag_errors->rmse_m, 1e-4);
+  EXPECT_NEAR(report->lap.bundle->odometry_scales.distance, usual->lap.bundle->odometry_scales.distance,
+              1e-3);
+}
+
+TEST_F(MapLap, OdometryOfAnotherClockIsNotUsed) {
+  const fs::path folder = testing::fresh_folder("jobs_map_clocks");
+  const std::string without = test::record_lap(folder / "without.mcap", 5, {.for_s = 12, .odometry = false});
+  const std::string other =
+      test::record_lap(folder / "other.mcap", 5, {.for_s = 12, .motion_ahead_s = 1'700'000'000});
+  const auto tags_alone = map_recording({.lap = without, .folder = folder_}, {});
+  const auto report = map_recording({.lap = other, .folder = folder_}, {});
+  ASSERT_TRUE(tags_alone && report) << to_string(report.error());
+  EXPECT_EQ(report->odometry, "");
+  EXPECT_THAT(report->warnings, Contains(HasSubstr("1700000000 s")));
+  EXPECT_EQ(report->warnings.size(), tags_alone->warnings.size()) << "one warning instead of \"no odometry\"";
+  ASSERT_TRUE(report->tag_errors && tags_alone->tag_errors);
+  EXPECT_NEAR(report->tag_errors->rmse_m, tags_alone->tag_errors->rmse_m, 1e-9);
+  testing::expect_on_page("map", lines_of(tags_alone->warnings));
+}
+
+TEST_F(MapLap, TheClearanceOfTheRouteIsReported) {
+  const auto report = map_recording({.lap = short_lap(), .folder = folder_}, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  ASSERT_TRUE(report->nearest_tag);
+  EXPECT_GT(report->nearest_tag->clearance_m, 0.3) << "as in the world";
+  const auto json = to_json(fields(*report));
+  EXPECT_EQ(json["route_clearance_m"], report->nearest_tag->clearance_m);
+  EXPECT_FALSE(json.contains("route_sideways_deg"));
 }
 
 TEST_F(MapLap, BacksUpAnOlderMap) {
