@@ -1,6 +1,7 @@
 // Tests the warnings and the summary of a teach lap.
 #include "waymark/pipeline/teacher.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -11,6 +12,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/golden_page.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/samples/visibility.hpp"
 
 namespace waymark {
 namespace {
@@ -187,6 +190,80 @@ TEST(Teacher, ReportsLateImagesInsteadOfAClockJump) {
   EXPECT_EQ(summary.clock_back_s, 0);
   EXPECT_THAT(lines(summary.warnings), ::testing::HasSubstr(" 0.70 s"));
   testing::expect_on_page("session", lines(summary.warnings));
+}
+
+TEST(Teacher, OdometryAndImagesOfTwoClocksAreReportedOnce) {
+  Teacher teacher(setup_with(false));
+  const SE3 ahead(SO3(), Eigen::Vector3d(0, 0, 1));
+  for (int i = 0; i <= 40; ++i) {
+    teacher.add(Odometry{.stamp = at(0.1 * i + 3600), .odom_T_base = SE2(0.03 * i, 0, 0)});
+    teacher.watch(TagPoseFrame{.stamp = at(0.1 * i + 0.1), .tags = {{tag(0), ahead}, {tag(1), ahead}}});
+  }
+  const TeachSummary summary = teacher.summary();
+  ASSERT_TRUE(summary.clocks_apart_s);
+  EXPECT_NEAR(*summary.clocks_apart_s, 3600, 1);
+  EXPECT_FALSE(summary.mappable);
+  EXPECT_EQ(summary.clock_back_s, 0);
+  EXPECT_EQ(summary.longest_silence_s, 0);
+  ASSERT_EQ(summary.warnings.size(), 1U) << lines(summary.warnings);
+  testing::expect_on_page("session", summary.warnings[0]);
+  EXPECT_FALSE(driven(false, 3).clocks_apart_s);
+}
+
+/// Odometry of a drive of 3 m in a direction relative to the heading; positive angles are to the left.
+TeachSummary driven_aside(double direction_rad) {
+  Teacher teacher(setup_with(false));
+  for (int i = 0; i <= 100; ++i) {
+    const double way_m = 0.03 * i;
+    teacher.add(
+        Odometry{.stamp = at(0.1 * i),
+                 .odom_T_base = SE2(way_m * std::cos(direction_rad), way_m * std::sin(direction_rad), 0)});
+    teacher.watch(TagFrame{.stamp = at(0.1 * i)});
+  }
+  return teacher.summary();
+}
+
+TEST(Teacher, SidewaysMotionIsReported) {
+  for (const double direction_rad : {0.0, 0.25, -0.25, std::numbers::pi})
+    EXPECT_FALSE(driven_aside(direction_rad).sideways) << direction_rad;
+  for (const double direction_rad : {0.5, -0.5, std::numbers::pi / 2, -std::numbers::pi / 2}) {
+    const TeachSummary summary = driven_aside(direction_rad);
+    ASSERT_TRUE(summary.sideways) << direction_rad;
+    EXPECT_NEAR(summary.sideways->angle_rad, -direction_rad, 0.02);
+    EXPECT_THAT(summary.warnings, ::testing::Contains(describe(*summary.sideways)));
+  }
+}
+
+/// Drives 5 m straight past a tag that is this far to the side of the hull. Images have no noise.
+TeachSummary driven_past(double clearance_m) {
+  TeachSetup setup = setup_with(false);
+  setup.hull = Hull{.front_m = 0.2, .rear_m = 0.1, .width_m = 0.2, .height_m = 0.25};
+  setup.base_T_cam = SE3(body_R_optical(), {0.08, 0, 0.18});
+  const SE3 odom_T_tag(SO3::from_rpy(-std::numbers::pi / 2, 0, 0), {3, 0.1 + clearance_m, 0.15});
+  Teacher teacher(setup);
+  for (int i = 0; i <= 166; ++i) {
+    const SE2 odom_T_base(0.03 * i, 0, 0);
+    const SE3 cam_T_tag = (lift(odom_T_base) * setup.base_T_cam).inverse() * odom_T_tag;
+    TagFrame frame{.stamp = at(0.1 * i + 0.02)};
+    if (const auto corners = visible_corners(setup.camera, cam_T_tag, 0.16))
+      frame.detections.push_back({.tag = tag(7), .corners_px = *corners});
+    teacher.watch(frame);  // before the odometry of the same time
+    teacher.add(Odometry{.stamp = at(0.1 * i + 0.02), .odom_T_base = odom_T_base});
+  }
+  return teacher.summary();
+}
+
+TEST(Teacher, ATagThatIsPassedTooCloselyIsReported) {
+  for (const double clearance_m : {0.05, 0.14, 0.16, 0.3}) {
+    const TeachSummary summary = driven_past(clearance_m);
+    ASSERT_TRUE(summary.nearest_tag) << clearance_m;
+    EXPECT_EQ(summary.nearest_tag->tag, tag(7));
+    EXPECT_NEAR(summary.nearest_tag->clearance_m, clearance_m, 0.005);
+    EXPECT_NEAR(summary.nearest_tag->arc_length_m, 3, 0.3);
+    const auto warned = std::ranges::count(summary.warnings, describe_too_near(*summary.nearest_tag));
+    EXPECT_EQ(warned, clearance_m < SafetyOptions{}.min_clearance_m ? 1 : 0) << clearance_m;
+  }
+  EXPECT_FALSE(driven(false, 3).nearest_tag) << "the hull is unknown";
 }
 
 TEST(TeachMonitor, MotionBlurIsRateTimesExposureTimesFocalLength) {
