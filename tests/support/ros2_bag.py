@@ -1,4 +1,5 @@
 """ROS 2 bags (SQLite, as Humble writes them) with messages of cameras."""
+import math
 import pathlib
 import sqlite3
 import struct
@@ -51,9 +52,10 @@ def transform(ns, parent, child, translation, xyzw):
     return Message().put("I", 1).header(ns, parent).text(child).put("d", *translation, *xyzw).bytes()
 
 
-def odometry(ns, x, speed):
-    message = Message().header(ns, "odom").text("base_link").put("d", x, 0, 0, 0, 0, 0, 1, *[0] * 36)
-    return message.put("d", speed, 0, 0, 0, 0, 0, *[0] * 36).bytes()
+def odometry(ns, x, speed, y=0, yaw=0, yaw_rate=0):
+    message = Message().header(ns, "odom").text("base_link")
+    message.put("d", x, y, 0, 0, 0, math.sin(yaw / 2), math.cos(yaw / 2), *[0] * 36)
+    return message.put("d", speed, 0, 0, 0, 0, yaw_rate, *[0] * 36).bytes()
 
 
 def detections(ns, frame, tags):
