@@ -298,7 +298,6 @@ Line positions(const std::vector<SE2>& poses) {
 }
 
 /// Displacement of the robot in its own frame since the first pose, x forward and y left, at every pose.
-/// Turns on the spot do not contribute.
 Line motion_in_base(const std::vector<SE2>& driven) {
   Line moved(driven.size(), Eigen::Vector2d::Zero());
   for (std::size_t k = 1; k < driven.size(); ++k) {
@@ -309,11 +308,51 @@ Line motion_in_base(const std::vector<SE2>& driven) {
   return moved;
 }
 
+/// How far a robot moved from one pose to another, and how far it would have moved in this turn on the
+/// largest circle that counts as a turn on the spot.
+struct MovedAndTurned {
+  double moved_m = 0;
+  double turned_m = 0;
+
+  MovedAndTurned(const SE2& from, const SE2& to) {
+    constexpr double kTurnRadius_m = 0.25;
+    const SE2 step = from.inverse() * to;
+    moved_m = step.translation().norm();
+    turned_m = std::abs(step.yaw()) * kTurnRadius_m;
+  }
+};
+
+/// The first poses of parts in which the robot moved or turned noticeably, and the last pose.
+std::vector<std::size_t> parts_of(const std::vector<SE2>& driven) {
+  constexpr double kPart_m = 0.03;  // longer than the noise of poses
+  std::vector<std::size_t> parts{0};
+  for (std::size_t k = 1; k < driven.size(); ++k) {
+    const MovedAndTurned part(driven[parts.back()], driven[k]);
+    if (std::max(part.moved_m, part.turned_m) >= kPart_m || k + 1 == driven.size()) parts.push_back(k);
+  }
+  return parts;
+}
+
+/// The displacement of motion_in_base() without turns on the spot. If the centre of rotation is not the base
+/// origin, such a turn moves the base sideways. Each part is judged together with its neighbours.
+Line motion_without_turns(const std::vector<SE2>& driven) {
+  const Line moved = motion_in_base(driven);
+  const std::vector<std::size_t> parts = parts_of(driven);
+  Line without = moved;
+  for (std::size_t p = 0; p + 1 < parts.size(); ++p) {
+    const MovedAndTurned around(driven[parts[p > 0 ? p - 1 : p]],
+                                driven[parts[std::min(p + 2, parts.size() - 1)]]);
+    const double share = around.turned_m > around.moved_m ? 0 : 1;
+    for (std::size_t k = parts[p] + 1; k <= parts[p + 1]; ++k)
+      without[k] = without[k - 1] + share * (moved[k] - moved[k - 1]);
+  }
+  return without;
+}
+
 /// Whether the robot moved more to the side than back or forth from one pose on.
 bool moved_sideways(const std::vector<SE2>& driven, std::size_t from) {
-  const Eigen::Vector2d moved =
-      motion_in_base({driven.begin() + static_cast<std::ptrdiff_t>(from), driven.end()}).back();
-  return std::abs(moved.y()) > std::abs(moved.x());
+  const std::vector<SE2> part(driven.begin() + static_cast<std::ptrdiff_t>(from), driven.end());
+  return std::abs(motion_without_turns(part).back().y()) > std::abs(motion_in_base(part).back().x());
 }
 
 /// Splits the drive where the robot reversed. A few centimetres in the opposite direction are taken to be
@@ -328,15 +367,15 @@ std::vector<Leg> legs_of(const Trajectory& trajectory) {
     const SE2 map_T_base = project_to_plane(pose.map_T_base);
     Leg& leg = legs.back();
     if (!leg.driven.empty()) {
-      const Eigen::Vector2d ahead(std::cos(map_T_base.yaw()), std::sin(map_T_base.yaw()));
-      const double moved = (map_T_base.translation() - leg.driven.back().translation()).dot(ahead);
+      const double moved = motion_in_base({leg.driven.back(), map_T_base}).back().x();
       if (reversed_m <= 0) reversed_from = leg.driven.size() - 1;
       reversed_m = std::max(0.0, reversed_m + (leg.backwards ? moved : -moved));
     }
     leg.driven.push_back(map_T_base);
     if (reversed_m < kReversedMetres) continue;
     reversed_m = 0;
-    if (moved_sideways(leg.driven, reversed_from)) continue;
+    // A leg that moves sideways is not cut, but no backward leg leads forwards (a route file must not).
+    if (!leg.backwards && moved_sideways(leg.driven, reversed_from)) continue;
     const bool backwards = !leg.backwards;
     if (!known && legs.size() == 1 && reversed_from == 0) {
       leg.backwards = backwards;
@@ -362,18 +401,21 @@ double usual_step_m(std::vector<double> steps_m) {
   return 0;
 }
 
-/// Shortens jumps of the trajectory, which are not motion of the robot.
+/// Removes jumps of the trajectory, which are not motion of the robot, and parts without poses, in which the
+/// direction of motion relative to the robot is unknown. A faster part consists of several long steps.
 Line without_jumps(const Line& moved) {
   constexpr double kMaxOfUsualStep = 4;
   std::vector<double> steps_m;
   for (std::size_t k = 1; k < moved.size(); ++k) steps_m.push_back((moved[k] - moved[k - 1]).norm());
-  const double most_m = kMaxOfUsualStep * usual_step_m(steps_m);
-  Line shortened = moved;
+  const double usual_m = usual_step_m(steps_m);
+  Line kept = moved;
   for (std::size_t k = 1; k < moved.size(); ++k) {
-    const double share = steps_m[k - 1] > most_m ? most_m / steps_m[k - 1] : 1;
-    shortened[k] = shortened[k - 1] + share * (moved[k] - moved[k - 1]);
+    const double before_m = k > 1 ? steps_m[k - 2] : 0;
+    const double after_m = k < steps_m.size() ? steps_m[k] : 0;
+    const bool jumped = steps_m[k - 1] > kMaxOfUsualStep * std::max({usual_m, before_m, after_m});
+    kept[k] = jumped ? kept[k - 1] : Eigen::Vector2d(kept[k - 1] + moved[k] - moved[k - 1]);
   }
-  return shortened;
+  return kept;
 }
 
 /// The taught heading relative to a robot that follows the line without moving sideways, at each point of the
@@ -382,13 +424,14 @@ std::vector<double> taught_angles(const Leg& leg, const EvenLine& even, double s
   constexpr double kReach_m = 0.25;
   constexpr double kMinMoved_m = 0.1;  // a shorter displacement has no certain direction
   const auto reach = static_cast<std::size_t>(std::max(1L, std::lround(kReach_m / step_m)));
-  const Line moved = without_jumps(motion_in_base(leg.driven));
+  const Line moved = without_jumps(motion_without_turns(leg.driven));
   const std::size_t n = even.sources.size();
   std::vector<double> angles(n, 0);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t from = even.sources[i - std::min(i, reach)];
     const std::size_t to = even.sources[std::min(i + reach, n - 1)];
-    const Eigen::Vector2d d = (leg.backwards ? -1 : 1) * (moved[to] - moved[from]);
+    Eigen::Vector2d d = (leg.backwards ? -1 : 1) * (moved[to] - moved[from]);
+    if (leg.backwards) d.x() = std::max(d.x(), 0.0);  // a few unintentional centimetres; see legs_of()
     if (d.norm() >= kMinMoved_m) angles[i] = -std::atan2(d.y(), d.x());
   }
   return angles;

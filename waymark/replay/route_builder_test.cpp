@@ -48,6 +48,12 @@ class Drive {
     }
     return *this;
   }
+  /// Turns along a circle of this radius while no pose is known.
+  Drive& turn_unseen(double angle_rad, double radius_m) {
+    length_m_ += std::abs(angle_rad) * radius_m;
+    at_ = at_ * SE2::exp({std::abs(angle_rad) * radius_m, 0, angle_rad});
+    return *this;
+  }
   Drive& rest(int poses) {
     for (int i = 0; i < poses; ++i) add();
     return *this;
@@ -275,6 +281,44 @@ TEST(TaughtHeading, TurnsOnTheSpotAreNotSideways) {
   }
 }
 
+/// The drive of a base whose origin is this far behind the given one.
+Trajectory seen_behind(Trajectory driven, double behind_m) {
+  for (StampedPose& pose : driven) pose.map_T_base = pose.map_T_base * lift(SE2(-behind_m, 0, 0));
+  return driven;
+}
+
+TEST(TaughtHeading, TurnsAboutAPointAheadOrBehindAreNotSideways) {
+  for (const double ahead_m : {0.03, 0.08, -0.08, 0.15, -0.2, 0.2}) {
+    for (const double turn_deg : {90.0, -90.0, 120.0, 180.0, 360.0}) {
+      Drive drive;
+      drive.ahead(1).spin(to_radians(turn_deg)).ahead(1);
+      const auto route = build_route(seen_behind(drive.trajectory(), ahead_m));
+      ASSERT_TRUE(route) << to_string(route.error());
+      EXPECT_FALSE(sideways_motion(*route)) << ahead_m << " " << turn_deg;
+      for (const RoutePoint& point : route->points)
+        EXPECT_GT(point.speed_m_s, 0) << ahead_m << " " << turn_deg;
+    }
+  }
+}
+
+TEST(TaughtHeading, SidewaysMotionIsFoundWhereverTheBaseOriginIs) {
+  for (const double ahead_m : {-0.2, 0.08, 0.2}) {
+    Drive drive;
+    drive.ahead(1).spin(kPi / 2).ahead(1).strafe(0.4, kPi / 2).ahead(1);
+    const auto route = build_route(seen_behind(drive.trajectory(), ahead_m));
+    ASSERT_TRUE(route) << to_string(route.error());
+    EXPECT_TRUE(sideways_motion(*route)) << ahead_m;
+  }
+}
+
+TEST(TaughtHeading, ATurnWithoutPosesIsNotSideways) {
+  for (const double turn_deg : {60.0, 90.0, -90.0, 120.0}) {
+    Drive drive;
+    drive.ahead(1).turn_unseen(to_radians(turn_deg), 0.3).ahead(1);
+    EXPECT_FALSE(sideways_motion(route_of(drive))) << turn_deg;
+  }
+}
+
 TEST(TaughtHeading, APartThatWasDrivenSidewaysIsFound) {
   for (const double direction_rad : {kPi / 2, -kPi / 2, 0.8, -0.8}) {
     for (const double metres : {0.4, 1.0, 3.0}) {
@@ -294,6 +338,23 @@ TEST(TaughtHeading, APartThatWasDrivenDiagonallyBackIsFound) {
   Drive drive;
   drive.ahead(2).strafe(1, 2.4).ahead(2);
   EXPECT_TRUE(sideways_motion(route_of(drive)));
+}
+
+/// In no backward part does the robot move forwards; a route file with such a part is invalid.
+TEST(TaughtHeading, ABackwardPartNeverLeadsForwards) {
+  for (const double direction_rad : {0.6, 0.9, 1.0, -1.1, 1.2, kPi / 2}) {
+    for (const double metres : {0.08, 0.3, 1.0}) {
+      Drive drive;
+      drive.ahead(1).strafe(1, kPi).strafe(metres, direction_rad).strafe(0.5, kPi);
+      const BuiltRoute route = route_of(drive);
+      for (std::size_t i = 1; i < route.points.size(); ++i) {
+        if (route.points[i].speed_m_s > 0) continue;
+        const Eigen::Vector2d step =
+            (route.points[i - 1].map_T_base.inverse() * route.points[i].map_T_base).translation();
+        EXPECT_LT(step.x(), 0.5 * step.norm()) << direction_rad << " " << metres << " " << i;
+      }
+    }
+  }
 }
 
 TEST(TaughtHeading, ARouteThatReversesKeepsIt) {
