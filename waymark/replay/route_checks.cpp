@@ -1,9 +1,7 @@
 #include "waymark/replay/route_checks.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -48,7 +46,8 @@ class RouteLegs {
   [[nodiscard]] std::optional<double> heading(std::size_t from, std::size_t to) const {
     const Eigen::Vector2d moved =
         points_[to].map_T_base.translation() - points_[from].map_T_base.translation();
-    if (moved.isZero(0)) return std::nullopt;
+    constexpr double kSamePoint_m = 1e-6;
+    if (moved.norm() < kSamePoint_m) return std::nullopt;
     return std::atan2(moved.y(), moved.x()) + (reverses(points_[to]) ? std::numbers::pi : 0.0);
   }
 
@@ -57,18 +56,21 @@ class RouteLegs {
   bool wraps_ = false;
 };
 
-/// Angle from the nearest heading without sideways motion at point i to its heading. Zero if unknown.
+double remainder_of_turn(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
+
+/// Angle from the nearest heading without sideways motion at point i to its heading. At a corner these are
+/// all headings between those before and after it. Zero if unknown.
 double sideways_at(const Route& route, const RouteLegs& legs, std::size_t i) {
   const auto [before, after] = legs.beside(i);
-  double smallest = std::numeric_limits<double>::infinity();
-  for (const auto& [from, to] :
-       std::array{std::pair(before, after), std::pair(before, i), std::pair(i, after)}) {
-    const auto ahead = legs.heading(from, to);
-    if (!ahead) continue;
-    const double angle = std::remainder(route.points[i].map_T_base.yaw() - *ahead, 2 * std::numbers::pi);
-    if (std::abs(angle) < std::abs(smallest)) smallest = angle;
-  }
-  return std::isfinite(smallest) ? smallest : 0;
+  const auto arriving = legs.heading(before, i);
+  const auto leaving = legs.heading(i, after);
+  if (!arriving && !leaving) return 0;
+  const double first = arriving ? *arriving : *leaving;
+  const double turn = leaving ? remainder_of_turn(*leaving - first) : 0;
+  const double from_first = remainder_of_turn(route.points[i].map_T_base.yaw() - first);
+  if (from_first >= std::min(turn, 0.0) && from_first <= std::max(turn, 0.0)) return 0;
+  const double from_last = remainder_of_turn(from_first - turn);
+  return std::abs(from_first) < std::abs(from_last) ? from_first : from_last;
 }
 
 /// Length of the route from a point to the next.
@@ -84,9 +86,8 @@ double reach_of(const Hull& hull) {
 
 std::string sideways_text(const SidewaysMotion& motion) {
   return fmt::format(
-      "the robot moved sideways along {:.2f} m of the route, from {:.2f} m on: its heading was up to {:.0f} "
-      "deg to "
-      "the {} of its direction of motion. A replay cannot drive sideways (limit {:.0f} deg)",
+      "the robot moved sideways along {:.2f} m of the route, from {:.2f} m on: its heading was up to "
+      "{:.0f} deg to the {} of its direction of motion. A replay cannot drive sideways (limit {:.0f} deg)",
       motion.length_m, motion.arc_length_m, to_degrees(std::abs(motion.angle_rad)),
       motion.angle_rad > 0 ? "left" : "right", to_degrees(kMaxSideways_rad));
 }
@@ -161,9 +162,8 @@ std::optional<NearestTag> nearest_tag(const Route& route, const TagMap& map, con
 std::string describe_too_near(const NearestTag& nearest, const SafetyOptions& options) {
   if (nearest.clearance_m >= options.min_clearance_m) return {};
   return fmt::format(
-      "the hull passes {} at {:.2f} m, {:.2f} m along the route. A replay stops there (limit {:g} m). Teach "
-      "the "
-      "lap farther from this tag, move the tag, or set a smaller `min_clearance_m`",
+      "the hull passes {} at {:.2f} m, {:.2f} m along the route. A replay stops there (limit {:g} m). "
+      "Teach the lap farther from this tag, move the tag, or set a smaller `min_clearance_m`",
       to_string(nearest.tag), nearest.clearance_m, nearest.arc_length_m, options.min_clearance_m);
 }
 

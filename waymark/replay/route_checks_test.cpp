@@ -112,6 +112,36 @@ TEST(SidewaysMotion, CornersAreNotSideways) {
   }
 }
 
+/// 1 m along x, then 1 m to the left; the heading at the corner is given.
+Route with_corner(double yaw_rad) {
+  Route route;
+  for (int i = 0; i <= 40; ++i) {
+    const SE2 pose = i < 20    ? SE2(0.05 * i, 0, 0)
+                     : i == 20 ? SE2(1, 0, yaw_rad)
+                               : SE2(1, 0.05 * (i - 20), std::numbers::pi / 2);
+    route.points.push_back({pose, 0.05 * i, 0, 0.3});
+  }
+  route.length_m = 2;
+  return route;
+}
+
+TEST(SidewaysMotion, AtACornerAnyHeadingBetweenItsDirectionsIsAhead) {
+  for (const double yaw_deg : {-15.0, 0.0, 22.5, 45.0, 67.5, 90.0, 105.0})
+    EXPECT_FALSE(sideways_motion(with_corner(to_radians(yaw_deg)))) << yaw_deg;
+  EXPECT_NEAR(to_degrees(sideways_motion(with_corner(to_radians(-30))).value().angle_rad), -30, 1e-6);
+  EXPECT_NEAR(to_degrees(sideways_motion(with_corner(to_radians(130))).value().angle_rad), 40, 1e-6);
+}
+
+TEST(SidewaysMotion, PointsThatCoincideHaveNoDirection) {
+  Route route;
+  for (int i = 0; i <= 20; ++i) {
+    route.points.push_back({SE2(0.05 * i, 0, 0), 0.05 * i, 0, 0.3});
+    route.points.push_back({SE2(0.05 * i, 1e-9, 0), 0.05 * i, 0, 0.3});
+  }
+  route.length_m = 1;
+  EXPECT_FALSE(sideways_motion(route));
+}
+
 TEST(SidewaysMotion, ARouteWithoutLengthIsNotSideways) {
   EXPECT_FALSE(sideways_motion({}));
   EXPECT_TRUE(driving_headings({}).empty());
