@@ -203,11 +203,17 @@ void parts(Like<PoseLapFigures> auto& value, auto&& apply) {
   auto& [scales, scales_sigma, base_X_assumed, mounting_sigma, rms_m] = value;
   apply(scales, scales_sigma, base_X_assumed, mounting_sigma, rms_m);
 }
+void parts(Like<NearestTag> auto& value, auto&& apply) {
+  auto& [tag, clearance_m, arc_length_m, map_T_base] = value;
+  apply(tag, clearance_m, arc_length_m, map_T_base);
+}
 void parts(Like<MapReport> auto& value, auto&& apply) {
   auto& [method, lap, true_tags, true_path, truth_aligned, tag_errors, trajectory_errors, prior_agreeing,
-         prior_rms_m, extends, poses, warnings, files, renamed_files, wall_s, peak_rss_mib] = value;
+         prior_rms_m, extends, poses, nearest_tag, odometry, warnings, files, renamed_files, wall_s,
+         peak_rss_mib] = value;
   apply(method, lap, true_tags, true_path, truth_aligned, tag_errors, trajectory_errors, prior_agreeing,
-        prior_rms_m, extends, poses, warnings, files, renamed_files, wall_s, peak_rss_mib);
+        prior_rms_m, extends, poses, nearest_tag, odometry, warnings, files, renamed_files, wall_s,
+        peak_rss_mib);
 }
 
 /// Whether parts() has an overload for T.
