@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "waymark/geometry/lie.hpp"
@@ -15,6 +16,8 @@ namespace {
 constexpr Duration kKept = std::chrono::seconds(2);
 constexpr std::size_t kMaxWaiting = 100;
 constexpr double kForget_m = 5;  // odometry is accurate over this distance
+
+bool is_finite(const SE2& pose) { return pose.translation().allFinite() && std::isfinite(pose.yaw()); }
 
 }  // namespace
 
@@ -30,6 +33,7 @@ void PassedTags::add(SensorTime stamp, std::vector<TagBesideRobot> seen) {
 }
 
 void PassedTags::add(const Odometry& odometry) {
+  if (!is_finite(odometry.odom_T_base)) return;
   if (!recent_.empty()) {
     if (odometry.stamp <= recent_.back().stamp) return;
     driven_m_ += (recent_.back().odom_T_base.inverse() * odometry.odom_T_base).translation().norm();
@@ -63,7 +67,7 @@ std::optional<SE2> PassedTags::at(SensorTime stamp) const {
 void PassedTags::place(const SE2& odom_T_base, const Image& image) {
   for (const TagBesideRobot& seen : image.seen) {
     const double range_m = seen.base_T_tag.translation().norm();
-    if (range_m > kMaxRange_m) continue;
+    if (!(range_m <= kMaxRange_m) || seen.ambiguity_ratio > kMaxAmbiguity) continue;
     const auto [known, is_new] = placed_.try_emplace(seen.tag);
     Placed& tag = known->second;
     if (!is_new && range_m >= tag.range_m && driven_m_ - tag.driven_m < kForget_m) continue;
@@ -78,7 +82,8 @@ void PassedTags::measure() {
     const double away_m = (tag.odom_T_tag.translation().head<2>() - odom_T_base.translation()).norm();
     if (away_m > kMaxRange_m) continue;
     const double distance_m = clearance_m(hull_, lift(odom_T_base), {tag.odom_T_tag, tag.size_m, {}});
-    if (nearest_ && distance_m >= nearest_->clearance_m) continue;
+    const double limit_m = nearest_ ? nearest_->clearance_m : std::numeric_limits<double>::infinity();
+    if (!(distance_m < limit_m)) continue;  // also if the orientation of the tag is not finite
     nearest_ = {id, distance_m, driven_m_, odom_T_base};
   }
 }

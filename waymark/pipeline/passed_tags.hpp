@@ -18,6 +18,7 @@ struct TagBesideRobot {
   TagId tag{};
   double size_m = 0;
   SE3 base_T_tag{};
+  double ambiguity_ratio = 0;  ///< as in TagPose; near 1 if the other pose fits almost as well
 };
 
 /// Estimates how closely the hull passes the tags while a lap is taught, when there is no map yet. The pose
@@ -28,9 +29,13 @@ class PassedTags {
   /// Observations from farther away are not needed, because a tag that is passed is seen from nearby before.
   static constexpr double kMaxRange_m = 1.2;
 
+  /// Observations with a larger ambiguity are not used, because the tag may lean the other way.
+  static constexpr double kMaxAmbiguity = 0.8;
+
   explicit PassedTags(const Hull& hull) : hull_(hull) {}
 
-  /// Tags within kMaxRange_m in an image. Images may be up to two seconds late, or newer than odometry.
+  /// Tags within kMaxRange_m in an image. Images may be up to two seconds late, or newer than odometry. Poses
+  /// that are not finite are ignored, here and in odometry.
   void add(SensorTime stamp, std::vector<TagBesideRobot> seen);
   void add(const Odometry& odometry);
   /// Forgets all observations, after a reset of the odometry.

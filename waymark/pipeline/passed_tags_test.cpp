@@ -1,6 +1,7 @@
 #include "waymark/pipeline/passed_tags.hpp"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -21,7 +22,7 @@ SE3 tag_at(double x_m, double clearance_m) {
 }
 
 TagBesideRobot seen_from(const SE2& odom_T_base, const SE3& odom_T_tag) {
-  return {kTag, 0.16, lift(odom_T_base).inverse() * odom_T_tag};
+  return {.tag = kTag, .size_m = 0.16, .base_T_tag = lift(odom_T_base).inverse() * odom_T_tag};
 }
 
 /// Drives along x from one place to another at 0.3 m/s, with odometry at 20 Hz.
@@ -63,6 +64,36 @@ TEST(PassedTags, ADistantTagIsNotPassed) {
   passed.add(at_s(1), {seen_from(SE2(0.3, 0, 0), tag_at(1.0, 1.3))});
   drive(passed, now, 0.5, 3);
   EXPECT_FALSE(passed.nearest());
+}
+
+TEST(PassedTags, AnAmbiguousPoseIsNotUsed) {
+  PassedTags passed(kHull);
+  const double now = drive(passed, 0, 0, 0.5);
+  passed.add(at_s(1), {seen_from(SE2(0.3, 0, 0), tag_at(1, 0.12))});
+  TagBesideRobot ambiguous = seen_from(SE2(0.4, 0, 0), tag_at(1, 0.05));
+  ambiguous.ambiguity_ratio = 0.95;
+  passed.add(at_s(0.4 / 0.3), {ambiguous});
+  drive(passed, now, 0.5, 3);
+  ASSERT_TRUE(passed.nearest());
+  EXPECT_NEAR(passed.nearest()->clearance_m, 0.12, 1e-3);
+}
+
+TEST(PassedTags, PosesThatAreNotFiniteAreIgnored) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  PassedTags passed(kHull);
+  const double now = drive(passed, 0, 0, 0.5);
+  const TagBesideRobot misplaced{
+      .tag = {FamilyId::Tag36h11, 8}, .size_m = 0.16, .base_T_tag = SE3(SO3(), {kNan, 0, 0})};
+  const TagBesideRobot turned{.tag = {FamilyId::Tag36h11, 9},
+                              .size_m = 0.16,
+                              .base_T_tag = SE3(SO3::from_rpy(kNan, 0, 0), {0.5, 0.2, 0})};
+  passed.add(at_s(1), {misplaced, turned, seen_from(SE2(0.3, 0, 0), tag_at(1, 0.12))});
+  passed.add(Odometry{.stamp = at_s(now), .odom_T_base = SE2(kNan, 0, 0)});
+  drive(passed, now + 0.05, 0.5, 3);
+  ASSERT_TRUE(passed.nearest());
+  EXPECT_EQ(passed.nearest()->tag, kTag);
+  EXPECT_NEAR(passed.nearest()->clearance_m, 0.12, 1e-3);
+  EXPECT_TRUE(std::isfinite(passed.nearest()->arc_length_m));
 }
 
 TEST(PassedTags, ObservationsFromBeforeAResetOfTheOdometryAreForgotten) {
