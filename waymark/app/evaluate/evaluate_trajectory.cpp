@@ -367,7 +367,9 @@ std::vector<Odometry> odometry_of(const std::string& path, const JobControl& con
   if (!is_recording(kind_of(path))) return all;
   const auto log = open_log(path, control.log_options());
   if (!log) return all;
-  const Status read = (*log)->visit_samples({.topics = {topics::kOdometry}}, [&](const Sample& sample) {
+  const Result<RecordingSetup> setup = (*log)->setup();
+  if (!setup) return all;
+  const Status read = (*log)->visit_samples((*log)->topics_used(*setup, false), [&](const Sample& sample) {
     if (const auto* odometry = std::get_if<Odometry>(&sample)) all.push_back(*odometry);
     return Status();
   });

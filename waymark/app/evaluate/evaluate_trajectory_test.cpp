@@ -386,5 +386,18 @@ TEST(WarningsOfReport, OdometryRevealsDifferentDrives) {
   EXPECT_THAT(comparison_warnings(report, square_reference(4)), IsEmpty());
 }
 
+TEST(WarningsOfReport, OdometryInTransformsRevealsDifferentDrives) {
+  const fs::path folder = testing::fresh_folder("jobs_two_drives_transforms");
+  const auto lap = [&](const char* name, std::uint64_t seed) {
+    return test::record_lap(folder / name, seed, {.for_s = 3, .odometry_in_transforms = true});
+  };
+  TrajectoryReport report = report_of(0.1, 90, 100);
+  report.estimate = lap("a.mcap", 31);
+  report.reference = lap("b.mcap", 32);
+  EXPECT_THAT(comparison_warnings(report, square_reference(4)), ElementsAre(HasSubstr("different drives")));
+  report.reference = lap("c.mcap", 31);
+  EXPECT_THAT(comparison_warnings(report, square_reference(4)), IsEmpty());
+}
+
 }  // namespace
 }  // namespace waymark
