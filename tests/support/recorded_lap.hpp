@@ -26,13 +26,16 @@ struct RecordedLapOptions {
   bool odometry = true;
   bool odometry_in_transforms = false;  ///< odometry is recorded on /tf only
   double motion_ahead_s = 0;            ///< the clock of odometry and IMU is ahead of that of the camera
+  double truth_ahead_s = 0;             ///< the clock of the ground truth is ahead of that of the camera
 };
 
 /// The sample, stamped by the clock of its sensor.
 inline Sample stamped_by_its_clock(Sample sample, const RecordedLapOptions& options) {
   const Duration ahead(std::llround(1e9 * options.motion_ahead_s));
+  const Duration truth_ahead(std::llround(1e9 * options.truth_ahead_s));
   if (auto* odometry = std::get_if<Odometry>(&sample)) odometry->stamp += ahead;
   if (auto* imu = std::get_if<ImuSample>(&sample)) imu->stamp += ahead;
+  if (auto* truth = std::get_if<TruthPose>(&sample)) truth->stamp += truth_ahead;
   return sample;
 }
 

@@ -160,7 +160,8 @@ void Teacher::pass(const ObservedFrame& observed) {
   const SE3& base_T_cam = observed.base_T_cam ? *observed.base_T_cam : setup_.base_T_cam;
   std::vector<TagBesideRobot> beside;
   for (const TagPoseObservation& seen : observed.tags)
-    beside.push_back({seen.tag, *setup_.sizes.size_m(seen.tag), base_T_cam * seen.cam_T_tag});
+    beside.push_back(
+        {seen.tag, *setup_.sizes.size_m(seen.tag), base_T_cam * seen.cam_T_tag, seen.ambiguity_ratio});
   passed_->add(observed.stamp, std::move(beside));
 }
 
@@ -170,7 +171,7 @@ void Teacher::pass(const TagPoseFrame& frame) {
   std::vector<TagBesideRobot> beside;
   for (const SeenTagPose& seen : frame.tags)
     if (const auto size_m = setup_.sizes.size_m(seen.tag))
-      beside.push_back({seen.tag, *size_m, base_T_cam * seen.cam_T_tag});
+      beside.push_back({.tag = seen.tag, .size_m = *size_m, .base_T_tag = base_T_cam * seen.cam_T_tag});
   passed_->add(frame.stamp, std::move(beside));
 }
 
@@ -266,7 +267,7 @@ void Teacher::compare_clocks(TeachSummary& summary) const {
   summary.clocks_apart_s = clocks_.apart_s(StampedKind::Odometry);
   if (!summary.clocks_apart_s) return;
   summary.clock_back_s = summary.longest_silence_s = summary.image_arrival_delay_s = 0;
-  summary.warnings.push_back(to_string(*clocks_.mismatch()));
+  summary.warnings.push_back(to_string(clocks_.mismatch()->error));
 }
 
 /// Warns about a lap that a replay cannot drive.

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "waymark/base/message_text.hpp"
-#include "waymark/samples/clock_check.hpp"
 #include "waymark/samples/odometry_jump.hpp"
 
 namespace waymark {
@@ -167,7 +166,7 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource
   rejoin_odometry(lap);
   lap.setup.problems = std::move(damaged);
   for (const LogProblem& problem : log.problems()) lap.setup.problems.push_back(problem.error);
-  if (lap.other_clock) lap.setup.problems.push_back(*lap.other_clock);
+  if (lap.other_clock) lap.setup.problems.push_back(lap.other_clock->error);
   return lap;
 }
 

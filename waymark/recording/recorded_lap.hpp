@@ -9,6 +9,7 @@
 #include "waymark/camera/image_lens.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/recording_setup.hpp"
+#include "waymark/samples/clock_check.hpp"
 #include "waymark/samples/trajectory.hpp"
 
 namespace waymark {
@@ -24,8 +25,8 @@ struct RecordedLap {
   std::map<std::string, std::string> attachments{};  ///< contents by name
   std::vector<std::string> notes{};  ///< report images and odometry that were reordered or skipped
   /// Why odometry, IMU data or ground truth are not in the lap although they were recorded: they are stamped
-  /// by another clock than the images. It is one of `setup.problems` as well.
-  std::optional<Error> other_clock{};
+  /// by another clock than the images. Its error is one of `setup.problems` as well.
+  std::optional<OtherClock> other_clock{};
 };
 
 /// Removes odometry, IMU data and ground truth that do not overlap the images in time (ClockCheck), and sets

@@ -156,12 +156,14 @@ TEST(ReadLap, SamplesOfAnotherClockAreNotUsed) {
   EXPECT_EQ(lap.truth.size(), 100U);
   EXPECT_EQ(lap.frames.size(), 100U);
   ASSERT_TRUE(lap.other_clock);
-  EXPECT_EQ(lap.other_clock->code, ErrorCode::InvalidArgument);
-  EXPECT_THAT(lap.other_clock->message, HasSubstr("3600 s"));
-  testing::expect_on_page("recording", *lap.other_clock);
+  EXPECT_EQ(lap.other_clock->error.code, ErrorCode::InvalidArgument);
+  EXPECT_THAT(lap.other_clock->error.message, HasSubstr("3600 s"));
+  testing::expect_on_page("recording", lap.other_clock->error);
   RecordedLap truth = lap_of_clocks(0, 0, kHour_ms);
   remove_other_clocks(truth);
   EXPECT_THAT(truth.truth, IsEmpty());
+  EXPECT_TRUE(affects(truth.other_clock, StampedKind::Truth));
+  EXPECT_FALSE(affects(truth.other_clock, StampedKind::Odometry));
   EXPECT_EQ(truth.odometry.size(), 100U);
   RecordedLap poses = lap_of_clocks(kHour_ms, 0, 0);
   for (const TagFrame& frame : poses.frames) poses.tag_poses.push_back({.stamp = frame.stamp});

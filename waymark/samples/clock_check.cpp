@@ -62,7 +62,8 @@ std::optional<double> ClockCheck::apart_s(StampedKind kind) const {
   return std::abs(seconds(seen.first, other.first));
 }
 
-std::optional<Error> ClockCheck::mismatch() const {
+std::optional<OtherClock> ClockCheck::mismatch() const {
+  OtherClock other;
   std::vector<const char*> names;
   double apart = 0;
   for (const auto& [kind, name] : kCheckedKinds) {
@@ -70,13 +71,15 @@ std::optional<Error> ClockCheck::mismatch() const {
     if (!apart_of_kind_s) continue;
     if (names.empty()) apart = *apart_of_kind_s;
     names.push_back(name);
+    other.kinds.insert(kind);
   }
   if (names.empty()) return std::nullopt;
-  return Error{ErrorCode::InvalidArgument,
-               fmt::format("{} and images are stamped by two clocks ({:.{}f} s apart): {}", names.front(),
-                           apart, apart < 100 ? 1 : 0, not_used(names)),
-               {},
-               "Stamp all sensors by one clock, and read only files from one drive together."};
+  other.error = {ErrorCode::InvalidArgument,
+                 fmt::format("{} and images are stamped by two clocks ({:.{}f} s apart): {}", names.front(),
+                             apart, apart < 100 ? 1 : 0, not_used(names)),
+                 {},
+                 "Stamp all sensors by one clock, and read only files from one drive together."};
+  return other;
 }
 
 }  // namespace waymark

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
+#include <set>
 
 #include "waymark/base/error.hpp"
 #include "waymark/base/time.hpp"
@@ -22,6 +22,17 @@ enum class StampedKind : std::uint8_t {
 /// The kind of a sample; `nullopt` if no estimator compares its stamp with that of an observation.
 [[nodiscard]] std::optional<StampedKind> stamped_kind(const Sample& sample);
 
+/// Kinds of samples that must not be used, because they were recorded at other times than the observations.
+struct OtherClock {
+  std::set<StampedKind> kinds{};
+  Error error{};  ///< InvalidArgument; names the kinds and says what to do
+};
+
+/// Whether samples of this kind were left out because of their clock.
+[[nodiscard]] inline bool affects(const std::optional<OtherClock>& other, StampedKind kind) {
+  return other && other->kinds.contains(kind);
+}
+
 /// Finds the kinds of samples that were recorded at other times than the observations. Either they were
 /// stamped by another clock, or they are from another drive. An estimator must not use them.
 class ClockCheck {
@@ -37,8 +48,8 @@ class ClockCheck {
   /// Time from the beginning of the observations to the beginning of this kind [s], either of which may be
   /// the first. `nullopt` if it overlaps the observations.
   [[nodiscard]] std::optional<double> apart_s(StampedKind kind) const;
-  /// The error (InvalidArgument) that names all kinds that must not be used. `nullopt` if there are none.
-  [[nodiscard]] std::optional<Error> mismatch() const;
+  /// All kinds that must not be used. `nullopt` if there are none.
+  [[nodiscard]] std::optional<OtherClock> mismatch() const;
 
  private:
   struct Range {

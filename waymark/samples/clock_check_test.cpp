@@ -39,7 +39,11 @@ TEST(ClockCheck, SimulatedTimeAndWallTimeAreTwoClocks) {
   EXPECT_NEAR(check.apart_s(StampedKind::Odometry).value(), kWallClock_s, 1.5) << "a stamp of zero is unset";
   const auto mismatch = check.mismatch();
   ASSERT_TRUE(mismatch);
-  EXPECT_EQ(mismatch->code, ErrorCode::InvalidArgument);
+  EXPECT_EQ(mismatch->error.code, ErrorCode::InvalidArgument);
+  EXPECT_EQ(mismatch->kinds, (std::set{StampedKind::Odometry, StampedKind::Imu}));
+  EXPECT_TRUE(affects(mismatch, StampedKind::Imu));
+  EXPECT_FALSE(affects(mismatch, StampedKind::Truth));
+  EXPECT_FALSE(affects(std::nullopt, StampedKind::Odometry));
 }
 
 TEST(ClockCheck, EarlierAndLaterClocksAreFound) {

@@ -97,7 +97,8 @@ Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, c
     return fail(ErrorCode::NotFound, std::move(message), {.source = job.logs.front()},
                 "Make a map of the tags, and set `map` to it.");
   }
-  if (recorded->odometry.empty() && recorded->other_clock) return in_recording(*recorded->other_clock, job);
+  if (affects(recorded->other_clock, StampedKind::Odometry))
+    return in_recording(recorded->other_clock->error, job);
   const SensorTime first = recorded->frames.front().stamp;
   std::erase_if(recorded->frames, [&](const TagFrame& frame) {
     const double at_s = to_seconds(frame.stamp - first);
@@ -133,7 +134,8 @@ bool can_calibrate_by_lap(const LocalizeJob& job, const JobControl& control) {
   if (job.map.empty()) return true;
   if (job.logs.empty() || !read_map(map_file_of(job.map))) return false;
   const Result<RecordedLap> recorded = read_lap_files(job.logs, quiet, nullptr, job.frames);
-  return recorded && !recorded->frames.empty() && (!recorded->odometry.empty() || recorded->other_clock);
+  return recorded && !recorded->frames.empty() &&
+         (!recorded->odometry.empty() || affects(recorded->other_clock, StampedKind::Odometry));
 }
 
 Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double from_s, double to_s,
@@ -247,7 +249,9 @@ Result<CalibrateRobotReport> by_lap(const CalibrateRobotJob& job, const JobContr
 Result<CalibrateRobotReport> by_innovations(const CalibrateRobotJob& job, const JobControl& control) {
   Result<LocalizeInputs> inputs = read_localize_inputs(job.drive, control);
   if (!inputs) return tl::unexpected(inputs.error());
-  if (inputs->other_clock) return in_recording(*inputs->other_clock, job.drive);
+  // Ground truth is not used here.
+  if (affects(inputs->other_clock, StampedKind::Odometry) || affects(inputs->other_clock, StampedKind::Imu))
+    return in_recording(inputs->other_clock->error, job.drive);
   const std::vector<Sample> samples = within(inputs->samples, job.from_s, job.to_s);
   if (samples.empty())
     return tl::unexpected(drive_error(ErrorCode::InvalidArgument,

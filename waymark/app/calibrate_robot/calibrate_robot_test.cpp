@@ -15,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// A complete lap, the true map, and a robot file in which the camera is rotated by two degrees.
 struct CalibrationDrive {
@@ -106,6 +107,22 @@ TEST(CalibrateRobot, OdometryOfAnotherClockIsAnError) {
     EXPECT_EQ(report.error().code, ErrorCode::InvalidArgument);
     EXPECT_EQ(report.error().place.source, lap);
     EXPECT_THAT(report.error().message, HasSubstr("3600 s"));
+  }
+}
+
+TEST(CalibrateRobot, GroundTruthOfAnotherClockIsNotNeeded) {
+  const fs::path folder = testing::fresh_folder("jobs_truth_clock");
+  const std::string lap = test::record_lap(folder / "lap.mcap", 72, {.for_s = 6, .truth_ahead_s = 3600});
+  const LocalizeJob drive{.logs = {lap}, .map = calibration_drive().map};
+  const auto inputs = read_localize_inputs(drive, {});
+  ASSERT_TRUE(inputs) << to_string(inputs.error());
+  EXPECT_TRUE(affects(inputs->other_clock, StampedKind::Truth));
+  EXPECT_FALSE(affects(inputs->other_clock, StampedKind::Odometry));
+  for (const CalibrateRobotBy by : {CalibrateRobotBy::Lap, CalibrateRobotBy::Innovations}) {
+    CalibrateRobotJob job{.drive = drive};
+    job.by = by;
+    const auto report = calibrate_robot(job, {});
+    if (!report) EXPECT_THAT(report.error().message, Not(HasSubstr("3600 s"))) << static_cast<int>(by);
   }
 }
 

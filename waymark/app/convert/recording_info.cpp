@@ -44,7 +44,7 @@ void add_clock_problem(ClockCheck clocks, RecordingInfo& info) {
       clocks.add(StampedKind::Observations, SensorTime(Duration(static_cast<std::int64_t>(stamp_ns))));
   }
   if (auto mismatch = clocks.mismatch())
-    info.problems.push_back({LogProblem::Kind::Trap, "clocks", *std::move(mismatch)});
+    info.problems.push_back({LogProblem::Kind::Trap, "clocks", std::move(mismatch->error)});
 }
 
 }  // namespace

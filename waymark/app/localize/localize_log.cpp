@@ -18,7 +18,6 @@
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/innovation_fits.hpp"
-#include "waymark/samples/clock_check.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
@@ -103,7 +102,7 @@ void remove_other_clocks(LocalizeInputs& inputs) {
   for (const Sample& sample : inputs.samples) clocks.add(sample);
   inputs.other_clock = clocks.mismatch();
   if (!inputs.other_clock) return;
-  inputs.warnings.push_back(to_string(*inputs.other_clock));
+  inputs.warnings.push_back(to_string(inputs.other_clock->error));
   std::erase_if(inputs.samples, [&](const Sample& sample) {
     const auto kind = stamped_kind(sample);
     return kind && !clocks.overlaps(*kind);

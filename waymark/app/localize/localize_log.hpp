@@ -13,6 +13,7 @@
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/recording/recording_setup.hpp"
 #include "waymark/samples/calibration.hpp"
+#include "waymark/samples/clock_check.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
@@ -74,9 +75,9 @@ struct LocalizeInputs {
   std::vector<std::string> warnings{};
   RecordingSetup recorded{};   ///< camera setup read from the recording
   std::string first_damage{};  ///< first damage found in the recordings; empty if they are intact
-  /// Why samples were removed: they are stamped by another clock than the observations. It is one of the
-  /// warnings as well.
-  std::optional<Error> other_clock{};
+  /// Why samples were removed: they are stamped by another clock than the observations. Its error is one of
+  /// the warnings as well.
+  std::optional<OtherClock> other_clock{};
   std::size_t observations = 0;
   bool mounting_guessed = false;  ///< whether the mounting was unknown and had to be assumed
   /// Whether `sensor_pose` was set. If so, the sensor has x forward and y left; otherwise it has optical

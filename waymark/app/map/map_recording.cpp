@@ -463,7 +463,7 @@ void check_clearance(const RecordedLap& recorded, MapReport& report) {
 void name_odometry(const RecordedLap& recorded, MapReport& report) {
   if (!recorded.odometry.empty()) {
     report.odometry = recorded.setup.chosen.odometry;
-  } else if (!recorded.other_clock) {
+  } else if (!affects(recorded.other_clock, StampedKind::Odometry)) {
     report.warnings.emplace_back(
         "the recording contains no odometry: the trajectory and the route are estimated from tags alone");
   }

@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
 using ::testing::Not;
 
 /// Twelve seconds of a lap, which contain enough tags for a map.
@@ -75,6 +76,18 @@ TEST_F(MapLap, OdometryInTransformsGivesTheSameMap) {
   EXPECT_NEAR(report->tag_errors->rmse_m, usual->tag_errors->rmse_m, 1e-4);
   EXPECT_NEAR(report->lap.bundle->odometry_scales.distance, usual->lap.bundle->odometry_scales.distance,
               1e-3);
+}
+
+TEST_F(MapLap, GroundTruthOfAnotherClockDoesNotHideMissingOdometry) {
+  const fs::path folder = testing::fresh_folder("jobs_map_truth_clock");
+  const std::string usual = test::record_lap(folder / "usual.mcap", 5, {.for_s = 12, .odometry = false});
+  const std::string other =
+      test::record_lap(folder / "other.mcap", 5, {.for_s = 12, .odometry = false, .truth_ahead_s = 3600});
+  const auto expected = map_recording({.lap = usual, .folder = folder_}, {});
+  const auto report = map_recording({.lap = other, .folder = folder_}, {});
+  ASSERT_TRUE(expected && report) << to_string(report.error());
+  EXPECT_THAT(report->warnings, Contains(HasSubstr("3600 s")));
+  EXPECT_THAT(report->warnings, IsSupersetOf(expected->warnings)) << "including that there is no odometry";
 }
 
 TEST_F(MapLap, OdometryOfAnotherClockIsNotUsed) {

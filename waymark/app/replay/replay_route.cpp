@@ -118,9 +118,9 @@ Result<Trajectory> taught_path(const ReplayJob& job, const JobControl& control) 
   if (!job.taught.empty()) {
     Result<RecordedLap> lap = read_lap_file(job.taught, silent(control));
     if (!lap) return tl::unexpected(lap.error());
-    if (lap->truth.empty() && lap->other_clock) {
-      lap->other_clock->place.source = job.taught;
-      return tl::unexpected(*lap->other_clock);
+    if (affects(lap->other_clock, StampedKind::Truth)) {
+      lap->other_clock->error.place.source = job.taught;
+      return tl::unexpected(lap->other_clock->error);
     }
     if (lap->truth.empty())
       return fail(ErrorCode::NotFound, "this recording contains no ground truth", {.source = job.taught});
