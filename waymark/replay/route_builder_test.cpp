@@ -48,10 +48,11 @@ class Drive {
     }
     return *this;
   }
-  /// Turns along a circle of this radius while no pose is known.
-  Drive& turn_unseen(double angle_rad, double radius_m) {
-    length_m_ += std::abs(angle_rad) * radius_m;
-    at_ = at_ * SE2::exp({std::abs(angle_rad) * radius_m, 0, angle_rad});
+  /// Drives straight on and then turns along a circle of this radius, while no pose is known.
+  Drive& unseen(double metres, double angle_rad, double radius_m) {
+    const double arc_m = std::abs(angle_rad) * radius_m;
+    length_m_ += metres + arc_m;
+    at_ = at_ * SE2(metres, 0, 0) * SE2::exp({arc_m, 0, angle_rad});
     return *this;
   }
   Drive& rest(int poses) {
@@ -311,12 +312,35 @@ TEST(TaughtHeading, SidewaysMotionIsFoundWhereverTheBaseOriginIs) {
   }
 }
 
-TEST(TaughtHeading, ATurnWithoutPosesIsNotSideways) {
+/// Every n-th pose of a drive.
+Trajectory every(std::size_t n, const Trajectory& driven) {
+  Trajectory kept;
+  for (std::size_t i = 0; i < driven.size(); i += n) kept.push_back(driven[i]);
+  return kept;
+}
+
+TEST(TaughtHeading, APartWithoutPosesIsNotSideways) {
   for (const double turn_deg : {60.0, 90.0, -90.0, 120.0}) {
-    Drive drive;
-    drive.ahead(1).turn_unseen(to_radians(turn_deg), 0.3).ahead(1);
-    EXPECT_FALSE(sideways_motion(route_of(drive))) << turn_deg;
+    for (const std::size_t n : {1U, 3U, 5U}) {
+      Drive drive;
+      drive.ahead(1).unseen(1, to_radians(turn_deg), 0.3).ahead(1);
+      const auto route = build_route(every(n, drive.trajectory()));
+      ASSERT_TRUE(route) << to_string(route.error());
+      EXPECT_FALSE(sideways_motion(*route)) << turn_deg << " " << n;
+    }
   }
+}
+
+/// A fast part has as long steps as a jump, but several of them.
+TEST(TaughtHeading, SidewaysMotionIsFoundInAFastPart) {
+  Drive drive;
+  drive.ahead(2).strafe(1, kPi / 2).ahead(2);
+  Trajectory driven;
+  for (std::size_t i = 0; i < drive.trajectory().size(); i += i >= 200 && i < 300 ? 8 : 1)
+    driven.push_back(drive.trajectory()[i]);
+  const auto route = build_route(driven);
+  ASSERT_TRUE(route) << to_string(route.error());
+  EXPECT_TRUE(sideways_motion(*route));
 }
 
 TEST(TaughtHeading, APartThatWasDrivenSidewaysIsFound) {
