@@ -308,8 +308,8 @@ Line motion_in_base(const std::vector<SE2>& driven) {
   return moved;
 }
 
-/// How far a robot moved from one pose to another, and how far it would have moved in this turn on the
-/// largest circle that counts as a turn on the spot.
+/// How far a robot moved from one pose to another. `turned_m` is how far it moves in such a turn on a circle
+/// of the largest radius that counts as a turn on the spot.
 struct MovedAndTurned {
   double moved_m = 0;
   double turned_m = 0;

@@ -25,7 +25,7 @@ enum class StampedKind : std::uint8_t {
 /// Kinds of samples that must not be used, because they were recorded at other times than the observations.
 struct OtherClock {
   std::set<StampedKind> kinds{};
-  Error error{};  ///< InvalidArgument; names the kinds and says what to do
+  Error error{};  ///< InvalidArgument, names the kinds
 };
 
 /// Whether samples of this kind were left out because of their clock.
