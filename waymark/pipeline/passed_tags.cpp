@@ -83,7 +83,7 @@ void PassedTags::measure() {
     if (away_m > kMaxRange_m) continue;
     const double distance_m = clearance_m(hull_, lift(odom_T_base), {tag.odom_T_tag, tag.size_m, {}});
     const double limit_m = nearest_ ? nearest_->clearance_m : std::numeric_limits<double>::infinity();
-    if (!(distance_m < limit_m)) continue;  // also if the orientation of the tag is not finite
+    if (!(distance_m < limit_m)) continue;  // not finite if the pose of the tag is not
     nearest_ = {id, distance_m, driven_m_, odom_T_base};
   }
 }
