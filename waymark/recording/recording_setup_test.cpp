@@ -303,7 +303,9 @@ TEST(CameraChoice, TransformsFromOdomAreTheOdometryIfNoTopicIs) {
 
 TEST(CameraChoice, TheBaseIsTheChildFrameOfTheTransformsThatAreOdometry) {
   CameraFacts facts = a_robot_with_transforms("base_footprint");
+  facts.frames = {};
   facts.frames.add("base_footprint", "base_link", SE3(SO3(), {0, 0, 0.05}));
+  facts.frames.add("base_link", "camera_color_optical_frame", kUp * kTurned * kOpticalTurn);
   const ChosenCamera chosen = choose_camera(facts, {});
   EXPECT_EQ(chosen.base_frame, "base_footprint");
   ASSERT_TRUE(chosen.base_T_cam);
