@@ -19,8 +19,8 @@ bool is_called(std::string_view frame, std::string_view name) {
 /// Sets the mean velocities since the last sample.
 void set_velocities(const waymark::Odometry& last, waymark::Odometry& now) {
   const double dt_s = to_seconds(now.stamp - last.stamp);
+  if (!(dt_s > 0) || odometry_jumped(last, now)) return;
   const SE2 step = last.odom_T_base.inverse() * now.odom_T_base;
-  if (!(dt_s > 0) || faster_than_any_robot(step.translation().norm(), step.yaw(), dt_s)) return;
   now.speed_m_s = step.x() / dt_s;
   now.yaw_rate_rad_s = step.yaw() / dt_s;
 }

@@ -6,6 +6,7 @@
 
 #include "waymark/geometry/planar.hpp"
 #include "waymark/recording/ros2/convert.hpp"
+#include "waymark/samples/odometry_jump.hpp"
 
 namespace waymark::ros2 {
 namespace {
@@ -41,6 +42,16 @@ TEST(TransformOdometry, VelocitiesAreMeansOfTheIntervalBefore) {
   const auto jumped = odometry.add(base_at(200, SE2()));
   ASSERT_TRUE(jumped && *jumped);
   EXPECT_EQ((*jumped)->speed_m_s, 0) << "a reset is not a motion";
+}
+
+TEST(TransformOdometry, AResetNearTheOriginHasNoVelocityEither) {
+  TransformOdometry odometry("");
+  for (int i = 0; i <= 5; ++i) ASSERT_TRUE(odometry.add(base_at(50 * i, SE2(0.05 * i, 0, 0))));
+  const auto before = odometry.add(base_at(300, SE2(0.25, 0, 0)));
+  const auto reset = odometry.add(base_at(350, SE2()));
+  ASSERT_TRUE(before && *before && reset && *reset);
+  EXPECT_EQ((*reset)->speed_m_s, 0);
+  EXPECT_TRUE(odometry_jumped(**before, **reset));
 }
 
 TEST(TransformOdometry, OtherLinksAndRepeatedStampsAreSkipped) {
