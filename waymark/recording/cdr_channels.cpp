@@ -98,7 +98,7 @@ Result<Ros1Transcoder> Ros1Transcoder::make(std::string_view type, std::string_v
   if (!parsed) return tl::unexpected(parsed.error());
   Ros1Transcoder transcoder;
   transcoder.definition_ = std::move(*parsed);
-  transcoder.type_ = ros2_type(type == "tf/tfMessage" ? "tf2_msgs/TFMessage" : type);
+  transcoder.type_ = ros2_type(type);
   const std::string known = ros2::schema_text(transcoder.type_);
   if (!known.empty()) {
     const Result<Definition> ours = parse_definition(transcoder.type_, known);

@@ -122,6 +122,51 @@ TEST(MessageLog, ConvertsRos1InsideMcap) {
   EXPECT_EQ(command.command, (VelocityCommand{1.0, -1.0}));
 }
 
+/// A recording of /tf in ROS 1 encoding with the old type: a robot that drives 1 m from odom's origin.
+Bytes old_transforms() {
+  Bytes file;
+  auto writer = mcap::Writer::open(memory_sink(file), {.profile = "ros1"});
+  EXPECT_TRUE(writer);
+  const std::string text =
+      "geometry_msgs/TransformStamped[] transforms\n====================\n"
+      "MSG: geometry_msgs/TransformStamped\nstd_msgs/Header header\nstring child_frame_id\n"
+      "geometry_msgs/Transform transform\n====================\n"
+      "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n====================\n"
+      "MSG: geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\n"
+      "geometry_msgs/Quaternion rotation\n====================\n"
+      "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n====================\n"
+      "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n";
+  const auto schema = writer->add_schema("tf/tfMessage", "ros1msg", as_bytes(text));
+  const auto channel = writer->add_channel("/tf", *schema, "ros1");
+  const auto append_text = [](Bytes& out, std::string_view word) {
+    append_little_endian(out, static_cast<std::uint32_t>(word.size()));
+    append(out, as_bytes(word));
+  };
+  for (std::uint32_t i = 1; i <= 10; ++i) {
+    Bytes message;
+    for (const std::uint32_t value : {1U, i, i, 0U}) append_little_endian(message, value);  // one; seq; stamp
+    append_text(message, "/odom");
+    append_text(message, "/base_link");
+    for (const double value : {0.1 * i, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0}) append_little_endian(message, value);
+    const std::uint64_t time = i * std::uint64_t{1'000'000'000};
+    EXPECT_TRUE(writer->write(*channel, time, time, message));
+  }
+  EXPECT_TRUE(writer->close());
+  return file;
+}
+
+TEST(MessageLog, OldTransformsOfRos1AreNamedAsOdometry) {
+  const Bytes file = old_transforms();
+  const auto log = opened(as_text(file));
+  ASSERT_TRUE(log);
+  const auto setup = log->setup();
+  ASSERT_TRUE(setup) << to_string(setup.error());
+  EXPECT_EQ(setup->chosen.odometry, "/tf (odom to base_link)");
+  const auto samples = samples_of(*log, log->topics_used(*setup));
+  ASSERT_EQ(samples.size(), 10U);
+  EXPECT_NEAR(std::get<Odometry>(samples[9]).odom_T_base.x(), 1.0, 1e-12);
+}
+
 TEST(MessageLog, JoinsASplitBagOfMcapFiles) {
   const std::filesystem::path folder = testing::fresh_folder("split_mcap");
   for (const auto& [name, first] : std::initializer_list<std::pair<const char*, int>>{

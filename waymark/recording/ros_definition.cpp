@@ -223,6 +223,7 @@ std::string short_type(std::string_view type) {
 
 std::string ros2_type(std::string_view type) {
   const std::string name = short_type(type);
+  if (name == "tf/tfMessage") return "tf2_msgs/msg/TFMessage";
   const std::size_t slash = name.find('/');
   if (slash == std::string::npos) return name;
   return fmt::format("{}/msg/{}", name.substr(0, slash), name.substr(slash + 1));

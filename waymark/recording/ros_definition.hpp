@@ -74,7 +74,8 @@ struct Definition {
 /// Size of a number in bytes; 0 for other types.
 [[nodiscard]] std::size_t size_of(Primitive type);
 
-/// Converts either spelling of a type to that of ROS 2: "geometry_msgs/msg/Pose".
+/// Converts either spelling of a type to that of ROS 2: "geometry_msgs/msg/Pose". The type tf/tfMessage of
+/// old bags becomes tf2_msgs/msg/TFMessage.
 [[nodiscard]] std::string ros2_type(std::string_view type);
 /// Converts either spelling to that used by ROS 1 and by schema texts: "geometry_msgs/Pose".
 [[nodiscard]] std::string short_type(std::string_view type);

@@ -29,6 +29,12 @@ TEST(RosDefinition, KeepsFieldsThatRos2HasUnchanged) {
   EXPECT_NE(schema.find("MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"), std::string::npos);
 }
 
+TEST(RosDefinition, TypesHaveTheirNamesInRos2) {
+  EXPECT_EQ(ros::ros2_type("geometry_msgs/Pose"), "geometry_msgs/msg/Pose");
+  EXPECT_EQ(ros::ros2_type("tf2_msgs/TFMessage"), "tf2_msgs/msg/TFMessage");
+  EXPECT_EQ(ros::ros2_type("tf/tfMessage"), "tf2_msgs/msg/TFMessage");
+}
+
 TEST(RosDefinition, RejectsInvalidDefinitions) {
   for (const char* text : {"Foo foo\n", "uint8[x] a\n", "uint8[3 a\n", "uint8\n", "uint8[99999999999] a\n"}) {
     const auto parsed = ros::parse_definition("pkg/Type", text);
