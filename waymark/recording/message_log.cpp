@@ -158,6 +158,9 @@ class UnpackedLog final : public MessageLog {
     if (setup && damage_) setup->problems.insert(setup->problems.begin(), *damage_);
     return setup;
   }
+  Result<std::map<std::string, std::map<std::string, std::string>>> metadata() override {
+    return log_->metadata();
+  }
   std::vector<LogAttachment> attachments() const override { return log_->attachments(); }
   Status visit_attachments(const std::function<Status(const Attachment&)>& visit) override {
     return log_->visit_attachments(visit);
@@ -205,7 +208,7 @@ std::string to_string(const LogProblem& problem) {
 }
 
 LogSelection MessageLog::topics_used(const RecordingSetup& setup, std::optional<bool> images) const {
-  LogSelection selection{.odometry_frame = setup.chosen.odometry_frame};
+  LogSelection selection{.odometry_link = setup.chosen.odometry_link.value_or(OdometryLink{})};
   for (const LogChannel& channel : channels()) {
     const bool image = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
     if (image == images.value_or(image) && !setup.chosen.unused.contains(channel.topic))

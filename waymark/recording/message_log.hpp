@@ -19,6 +19,7 @@
 #include "waymark/recording/byte_file.hpp"
 #include "waymark/recording/byte_io.hpp"
 #include "waymark/recording/compression.hpp"
+#include "waymark/recording/odometry_link.hpp"
 #include "waymark/recording/recording_setup.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
@@ -79,7 +80,8 @@ struct LogSelection {
   std::uint64_t to = std::numeric_limits<std::uint64_t>::max();
   /// Whether transforms from odom to the base are odometry samples in a recording without nav_msgs/Odometry.
   bool odometry_in_transforms = true;
-  std::string odometry_frame{};  ///< child frame of these transforms; if empty, base_link or base_footprint
+  /// These transforms. `nullopt`: the first ones to base_link or base_footprint; an empty link: none.
+  std::optional<OdometryLink> odometry_link{};
 
   [[nodiscard]] bool takes(const std::string& topic) const {
     return topics.empty() || topics.contains(topic);
@@ -146,6 +148,8 @@ class MessageLog {
   /// are several frames and topics, `choice` selects among them.
   virtual Result<RecordingSetup> setup(const CameraChoice& choice) = 0;
   Result<RecordingSetup> setup() { return setup(CameraChoice{}); }
+  /// The metadata blocks in a ROS recording, by name. Part of the setup, but does not read messages.
+  virtual Result<std::map<std::string, std::map<std::string, std::string>>> metadata() { return {}; }
   /// Topics to read with a setup: image topics, all other topics, or both. Empty if there are none.
   [[nodiscard]] LogSelection topics_used(const RecordingSetup& setup, std::optional<bool> images = {}) const;
   /// The files inside the recording, by name.

@@ -167,6 +167,46 @@ TEST(MessageLog, OldTransformsOfRos1AreNamedAsOdometry) {
   EXPECT_NEAR(std::get<Odometry>(samples[9]).odom_T_base.x(), 1.0, 1e-12);
 }
 
+/// Writes the files to a folder and opens them as one recording.
+Result<std::unique_ptr<MessageLog>> opened_together(const std::map<std::string, Bytes>& files) {
+  const std::filesystem::path folder = testing::fresh_folder("together");
+  std::vector<std::string> paths;
+  for (const auto& [name, bytes] : files) {
+    const auto sink = create_file(folder / name);
+    EXPECT_TRUE(sink && (*sink)->write(bytes));
+    paths.push_back((folder / name).string());
+  }
+  return open_logs(paths);
+}
+
+Bytes bytes_of(std::string_view text) {
+  Bytes bytes;
+  append(bytes, as_bytes(text));
+  return bytes;
+}
+
+TEST(MessageLog, OdometryInTransformsIsThatOfAnyPart) {
+  const Bytes ranges = bytes_of("t_s,landmark,range_m,bearing_rad\n1,1,1,0\n2,2,1,0\n");
+  const auto log = opened_together({{"a.csv", ranges}, {"b.mcap", old_transforms()}});
+  ASSERT_TRUE(log) << to_string(log.error());
+  ASSERT_EQ((*log)->format(), LogFormat::Merged);
+  const auto setup = (*log)->setup();
+  ASSERT_TRUE(setup);
+  EXPECT_EQ(setup->chosen.odometry, "/tf (odom to base_link)");
+  EXPECT_EQ(setup->chosen.notes.size(), 1U);
+  EXPECT_EQ(samples_of(**log, (*log)->topics_used(*setup)).size(), 12U);
+}
+
+TEST(MessageLog, OdometryMessagesOfOnePartTakePrecedenceOverTransformsOfAnother) {
+  const Bytes odometry = bytes_of("t_s,x_m,y_m,yaw_rad\n1,0,0,0\n2,0.1,0,0\n");
+  const auto log = opened_together({{"a.csv", odometry}, {"b.mcap", old_transforms()}});
+  ASSERT_TRUE(log) << to_string(log.error());
+  const auto setup = (*log)->setup();
+  ASSERT_TRUE(setup);
+  EXPECT_FALSE(setup->chosen.odometry_link);
+  EXPECT_EQ(samples_of(**log, (*log)->topics_used(*setup)).size(), 2U);
+}
+
 TEST(MessageLog, JoinsASplitBagOfMcapFiles) {
   const std::filesystem::path folder = testing::fresh_folder("split_mcap");
   for (const auto& [name, first] : std::initializer_list<std::pair<const char*, int>>{

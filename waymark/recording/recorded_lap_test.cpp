@@ -5,6 +5,8 @@
 
 #include "tests/support/golden_page.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/recording/mcap/writer.hpp"
+#include "waymark/recording/ros2/cdr.hpp"
 #include "waymark/recording/ros2/convert.hpp"
 #include "waymark/recording/ros2/messages.hpp"
 #include "waymark/recording/sample_recorder.hpp"
@@ -212,6 +214,69 @@ TEST(ReadLap, AnOdometryTopicTakesPrecedenceOverTransforms) {
   ASSERT_TRUE(none);
   EXPECT_THAT(none->odometry, IsEmpty());
   EXPECT_EQ(none->setup.chosen.odometry, "");
+}
+
+/// A recording of transforms in one message per second; the first are not moving, and one is damaged.
+struct Transforms {
+  int seconds = 30;
+  int still = 0;     ///< number of messages before the robot moves
+  int damaged = -1;  ///< a message that cannot be decoded
+};
+
+Bytes record_transforms(const Transforms& wanted) {
+  Bytes file;
+  auto writer = mcap::Writer::open(memory_sink(file), {.chunk_size_bytes = 200});
+  EXPECT_TRUE(writer);
+  const std::string text = ros2::schema_text(ros2::TFMessage::kType);
+  const auto schema = writer->add_schema(std::string(ros2::TFMessage::kType), "ros2msg", as_bytes(text));
+  const auto channel = writer->add_channel(topics::kTf, *schema, "cdr");
+  for (int i = 1; i <= wanted.seconds; ++i) {
+    const SE3 odom_T_base = lift(SE2(0.1 * std::max(0, i - wanted.still), 0, 0));
+    Bytes message = cdr::encode(
+        ros2::TFMessage{{ros2::to_ros_transform(ms(1000 * i), "odom", "base_link", odom_T_base)}});
+    if (i == wanted.damaged) message.resize(message.size() / 2);
+    const auto time = static_cast<std::uint64_t>(i) * 1'000'000'000;
+    EXPECT_TRUE(writer->write(*channel, time, time, message));
+  }
+  EXPECT_TRUE(writer->close());
+  return file;
+}
+
+Result<RecordingSetup> setup_of(const Bytes& file, const CameraChoice& choice = {}) {
+  auto log = open_log(memory_source(file, "lap.mcap"));
+  if (!log) return tl::unexpected(log.error());
+  return (*log)->setup(choice);
+}
+
+TEST(ReadLap, ATransformThatCannotBeDecodedIsNoted) {
+  const auto lap = lap_of(record_transforms({.damaged = 4}));
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  EXPECT_EQ(lap->odometry.size(), 29U);
+  ASSERT_EQ(lap->setup.problems.size(), 1U);
+  EXPECT_EQ(lap->setup.problems[0].place.key, "/tf");
+}
+
+TEST(ReadLap, TransformsThatNeverChangeAreNotOdometry) {
+  const auto lap = lap_of(record_transforms({.still = 30}));
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  EXPECT_THAT(lap->odometry, IsEmpty());
+  EXPECT_FALSE(lap->setup.chosen.notes.empty());
+  const auto late = lap_of(record_transforms({.still = 25}));
+  ASSERT_TRUE(late);
+  EXPECT_EQ(late->odometry.size(), 30U) << "the robot drives in the end";
+}
+
+TEST(RecordingSetup, OnlyTheBeginningOfTheTransformsIsRead) {
+  const auto begins = setup_of(record_transforms({.damaged = 20}));
+  ASSERT_TRUE(begins);
+  EXPECT_TRUE(begins->chosen.odometry_link);
+  EXPECT_EQ(begins->problems.size(), 1U) << "the mounting is unknown, so all transforms are read for it";
+  const auto quick = setup_of(record_transforms({.still = 25}), {.quick = true});
+  ASSERT_TRUE(quick);
+  EXPECT_TRUE(quick->chosen.odometry_link);
+  const auto damaged_later = setup_of(record_transforms({.damaged = 20}), {.quick = true});
+  ASSERT_TRUE(damaged_later);
+  EXPECT_THAT(damaged_later->problems, IsEmpty());
 }
 
 TEST(ReadLap, SearchesImagesOnlyIfThereAreNoTags) {

@@ -168,18 +168,47 @@ Status add_fact(CameraFacts& facts, std::string_view topic, std::string_view typ
   return {};
 }
 
+namespace {
+
+bool differ(const SE3& a, const SE3& b) {
+  constexpr double kRounding = 1e-9;  // in m and rad
+  return (a.inverse() * b).log().norm() > kRounding;
+}
+
+/// Whether transforms may be the odometry of the robot: they lead to its base.
+bool leads_to_base(const RecordedMotion& motion, const CameraChoice& choice) {
+  return !motion.parent.empty() &&
+         (motion.frame == frame_name(choice.base_frame) || ros2::is_usual_base(motion.frame));
+}
+
+}  // namespace
+
 Status add_odometry_frames(CameraFacts& facts, std::string_view topic, std::string_view /*type*/,
                            ByteSpan cdr) {
   const auto message = cdr::decode<ros2::TFMessage>(cdr);
   if (!message) return tl::unexpected(message.error());
   for (const ros2::TransformStamped& transform : message->transforms) {
-    if (!ros2::is_odometry_frame(transform.header.frame_id)) continue;
-    const std::string child = frame_name(transform.child_frame_id);
-    const auto same = [&](const RecordedMotion& m) { return !m.parent.empty() && m.frame == child; };
-    if (std::ranges::any_of(facts.motions, same)) continue;
-    facts.motions.push_back({std::string(topic), child, false, frame_name(transform.header.frame_id)});
+    if (!ros2::is_odometry_frame(transform.header.frame_id) || !ros2::sound(transform)) continue;
+    const RecordedMotion now{std::string(topic), frame_name(transform.child_frame_id), false,
+                             frame_name(transform.header.frame_id), ros2::from_ros(transform)};
+    const auto known = std::ranges::find_if(
+        facts.motions, [&](const RecordedMotion& m) { return !m.imu && m.link() == now.link(); });
+    if (known == facts.motions.end())
+      facts.motions.push_back(now);
+    else if (known->only_pose && differ(*known->only_pose, *now.only_pose))
+      known->only_pose.reset();
   }
   return {};
+}
+
+bool all_moved(const CameraFacts& facts, const CameraChoice& choice) {
+  bool any = false;
+  for (const RecordedMotion& motion : facts.motions) {
+    if (!leads_to_base(motion, choice)) continue;
+    if (motion.only_pose) return false;
+    any = true;
+  }
+  return any;
 }
 
 namespace {
@@ -213,6 +242,11 @@ bool is_on_topic(const std::string& topic, const std::string& place) {
   return topic == root || topic.starts_with(root + "/");
 }
 
+/// A link as text: "/tf (odom to base_link)".
+std::string words_of(const OdometryLink& link) {
+  return fmt::format("{} ({} to {})", link.topic, link.parent, link.child);
+}
+
 std::string odometry_note(const ChosenCamera& chosen) {
   return fmt::format(
       "odometry is read from the transforms on {}, because the recording contains no nav_msgs/Odometry",
@@ -240,10 +274,13 @@ class CameraSelector {
   void choose_info();
   void check_size(const RecordedCameraInfo& info);
   void choose_motion(bool imu, const std::string& requested, std::string_view usual, const char* field);
+  std::vector<const RecordedMotion*> moving_transforms();
   void choose_transforms();
+  void use_transforms(const RecordedMotion& motion);
+  void note_several(const std::vector<const RecordedMotion*>& all);
   void find_mounting();
   std::string find_base(const std::string& camera);
-  std::string find_camera();
+  [[nodiscard]] std::string find_camera() const;
   void turn_imu();
   void note(std::string words) { chosen_.notes.push_back(std::move(words)); }
   void ambiguous(std::string words, std::string hint) {
@@ -466,43 +503,77 @@ void CameraSelector::choose_motion(bool imu, const std::string& requested, std::
                      imu ? "the IMU" : "odometry", chosen->topic, all.size(), field));
 }
 
-/// Selects the transforms that are the odometry, if no topic contains any.
-void CameraSelector::choose_transforms() {
-  const std::string base = frame_name(choice_.base_frame);
+/// The transforms of a robot that moves which may be its odometry.
+std::vector<const RecordedMotion*> CameraSelector::moving_transforms() {
   std::vector<const RecordedMotion*> all;
   for (const RecordedMotion& motion : facts_.motions) {
-    if (motion.parent.empty()) continue;
-    if (motion.frame == base || ros2::is_usual_base(motion.frame)) all.push_back(&motion);
+    if (!leads_to_base(motion, choice_)) continue;
+    if (motion.only_pose && !choice_.quick)
+      note(fmt::format("the transforms on {} never change, so they are not used as odometry",
+                       words_of(motion.link())));
+    else
+      all.push_back(&motion);
   }
-  const auto requested = std::ranges::find(all, base, [](const auto* motion) { return motion->frame; });
-  if (requested != all.end()) all = {*requested};
+  return all;
+}
+
+/// Selects the transforms that are the odometry, if no topic contains any.
+void CameraSelector::choose_transforms() {
+  std::vector<const RecordedMotion*> all = moving_transforms();
   if (all.empty()) return;
-  if (all.size() > 1) {
-    std::vector<std::string> frames;
-    for (const RecordedMotion* motion : all) frames.push_back(motion->frame);
-    ambiguous(
-        fmt::format("the recording has no nav_msgs/Odometry, and transforms from odom to several bases: {}",
-                    fmt::join(frames, ", ")),
-        fmt::format("Choose one, for example `base_frame={}`.", frames.front()));
+  const auto narrow = [&](auto takes) {
+    std::vector<const RecordedMotion*> kept;
+    std::ranges::copy_if(all, std::back_inserter(kept), takes);
+    if (!kept.empty()) all = std::move(kept);
+  };
+  const std::string& topic = choice_.odometry_topic;
+  narrow([&](const auto* motion) { return motion->topic == topic; });
+  if (!topic.empty() && all.front()->topic != topic) {
+    ambiguous(fmt::format("the recording has no odometry on '{}', only on {}", topic,
+                          words_of(all.front()->link())),
+              "Omit `odometry_topic`.");
     return;
   }
-  odometry_ = all.front();
-  chosen_.odometry = fmt::format("{} ({} to {})", odometry_->topic, odometry_->parent, odometry_->frame);
-  chosen_.odometry_frame = odometry_->frame;
+  const std::string base = frame_name(choice_.base_frame);
+  narrow([&](const auto* motion) { return motion->frame == base; });
+  const std::string camera = find_camera();
+  if (all.size() > 1)
+    narrow([&](const auto* motion) {
+      return motion->frame == camera || facts_.frames.below(motion->frame, camera);
+    });
+  const std::string child = all.front()->frame;
+  if (std::ranges::all_of(all, [&](const auto* motion) { return motion->frame == child; }))
+    narrow([](const auto* motion) { return motion->parent == "odom"; });
+  if (all.size() == 1)
+    use_transforms(*all.front());
+  else
+    note_several(all);
+}
+
+void CameraSelector::use_transforms(const RecordedMotion& motion) {
+  odometry_ = &motion;
+  chosen_.odometry = words_of(motion.link());
+  chosen_.odometry_link = motion.link();
   note(odometry_note(chosen_));
 }
 
-std::string CameraSelector::find_camera() {
+void CameraSelector::note_several(const std::vector<const RecordedMotion*>& all) {
+  std::vector<std::string> links;
+  for (const RecordedMotion* motion : all) links.push_back(words_of(motion->link()));
+  note(
+      fmt::format("odometry is not read from transforms, because several may be that of the robot: {} (set "
+                  "`base_frame` or `odometry_topic` to choose one)",
+                  fmt::join(links, ", ")));
+}
+
+/// The camera frame; empty if unknown.
+std::string CameraSelector::find_camera() const {
   if (!choice_.camera_frame.empty()) return frame_name(choice_.camera_frame);
   if (!views_.empty() && !views_.front().frame.empty()) return views_.front().frame;
   std::vector<std::string> optical;
   for (const std::string& frame : facts_.frames.frames())
     if (frame.find(kOptical) != std::string::npos) optical.push_back(frame);
-  if (optical.size() == 1) {
-    note(fmt::format("no header contains the camera frame; assumed to be '{}'", optical.front()));
-    return optical.front();
-  }
-  return {};
+  return optical.size() == 1 ? optical.front() : "";
 }
 
 /// The base frame that transforms connect to the camera.
@@ -532,6 +603,9 @@ bool has_axes_of_a_body(const SE3& base_T_frame) {
 
 void CameraSelector::find_mounting() {
   const std::string camera = find_camera();
+  const bool in_header = !views_.empty() && !views_.front().frame.empty();
+  if (choice_.camera_frame.empty() && !in_header && !camera.empty())
+    note(fmt::format("no header contains the camera frame; assumed to be '{}'", camera));
   const FrameTree& frames = facts_.frames;
   if (frames.empty()) {
     if (!choice_.base_frame.empty() || !choice_.camera_frame.empty())
@@ -668,7 +742,7 @@ void use_all(std::vector<ChosenCamera> cameras, RecordingSetup& setup) {
         {ros2::camera_of_frame(camera->camera_frame), *camera->camera, *camera->base_T_cam});
   setup.chosen.notes = {fmt::format("all {} cameras are used: {} (set `camera_frame` to use one)",
                                     frames.size(), fmt::join(frames, ", "))};
-  if (!setup.chosen.odometry_frame.empty()) setup.chosen.notes.push_back(odometry_note(setup.chosen));
+  if (setup.chosen.odometry_link) setup.chosen.notes.push_back(odometry_note(setup.chosen));
 }
 
 }  // namespace

@@ -289,14 +289,14 @@ CameraFacts a_robot_with_transforms(const std::string& base = "base_link") {
 TEST(CameraChoice, TransformsFromOdomAreTheOdometryIfNoTopicIs) {
   const ChosenCamera chosen = choose_camera(a_robot_with_transforms(), {});
   EXPECT_EQ(chosen.odometry, "/tf (odom to base_link)");
-  EXPECT_EQ(chosen.odometry_frame, "base_link");
+  EXPECT_EQ(chosen.odometry_link, (OdometryLink{"/tf", "odom", "base_link"}));
   EXPECT_FALSE(chosen.ambiguous);
   ASSERT_EQ(chosen.notes.size(), 1U);
   testing::expect_on_page("recording", chosen.notes[0]);
   CameraFacts both = a_robot_with_transforms();
   both.motions.push_back({"/odom", "base_link", false});
   EXPECT_EQ(choose_camera(both, {}).odometry, "/odom") << "the topic takes precedence";
-  EXPECT_EQ(choose_camera(both, {}).odometry_frame, "");
+  EXPECT_FALSE(choose_camera(both, {}).odometry_link);
   EXPECT_EQ(choose_camera(a_robot(), {}).odometry, "/odom");
   EXPECT_EQ(choose_camera(a_robot_with_transforms("arm_link"), {}).odometry, "") << "not a base";
 }
@@ -312,17 +312,69 @@ TEST(CameraChoice, TheBaseIsTheChildFrameOfTheTransformsThatAreOdometry) {
   expect_same(*chosen.base_T_cam, SE3(SO3(), {0, 0, 0.05}) * kUp * kTurned * kOpticalTurn);
 }
 
-TEST(CameraChoice, OneOfSeveralBasesInTheTransformsMustBeChosen) {
+TEST(CameraChoice, TransformsOfSeveralBasesAreNotedUnlessOneIsChosen) {
   CameraFacts facts = a_robot_with_transforms("r1/base_link");
+  facts.motions[0].parent = "r1/odom";
   facts.motions.push_back({"/tf", "r2/base_link", false, "r2/odom"});
   const ChosenCamera chosen = choose_camera(facts, {});
-  ASSERT_TRUE(chosen.ambiguous);
-  testing::expect_on_page("recording", *chosen.ambiguous);
+  EXPECT_FALSE(chosen.ambiguous) << "a recording without odometry can be read";
+  EXPECT_EQ(chosen.odometry, "");
+  EXPECT_FALSE(chosen.odometry_link);
+  EXPECT_TRUE(chosen.base_T_cam);
+  ASSERT_EQ(chosen.notes.size(), 1U);
+  testing::expect_on_page("recording", chosen.notes[0]);
   const ChosenCamera second = choose_camera(facts, {.base_frame = "/r2/base_link"});
   EXPECT_FALSE(second.ambiguous);
-  EXPECT_EQ(second.odometry_frame, "r2/base_link");
+  EXPECT_EQ(second.odometry_link, (OdometryLink{"/tf", "r2/odom", "r2/base_link"}));
   facts.motions.push_back({"/tf", "chassis", false, "odom"});
   EXPECT_EQ(choose_camera(facts, {.base_frame = "chassis"}).odometry, "/tf (odom to chassis)");
+  facts.frames.add("r2/base_link", "base_link", SE3());
+  EXPECT_EQ(choose_camera(facts, {}).odometry, "/tf (r2/odom to r2/base_link)") << "it carries the camera";
+}
+
+TEST(CameraChoice, OneOfSeveralTransformsToTheBaseIsUsed) {
+  CameraFacts facts = a_robot_with_transforms();
+  facts.motions.push_back({"/tf", "base_link", false, "vo/odom"});
+  EXPECT_EQ(choose_camera(facts, {}).odometry, "/tf (odom to base_link)");
+  facts.motions = {{"/robot1/tf", "base_link", false, "odom"}, {"/robot2/tf", "base_link", false, "odom"}};
+  EXPECT_EQ(choose_camera(facts, {}).odometry, "");
+  EXPECT_FALSE(choose_camera(facts, {}).ambiguous);
+  EXPECT_EQ(choose_camera(facts, {.odometry_topic = "/robot2/tf"}).odometry,
+            "/robot2/tf (odom to base_link)");
+  const ChosenCamera other = choose_camera(facts, {.odometry_topic = "/robot3/tf"});
+  ASSERT_TRUE(other.ambiguous);
+  testing::expect_on_page("recording", *other.ambiguous);
+}
+
+TEST(CameraChoice, TransformsThatNeverChangeAreNotOdometry) {
+  CameraFacts facts = a_robot_with_transforms();
+  facts.motions[0].only_pose = SE3();
+  const ChosenCamera chosen = choose_camera(facts, {});
+  EXPECT_FALSE(chosen.odometry_link);
+  EXPECT_EQ(chosen.odometry, "");
+  ASSERT_EQ(chosen.notes.size(), 1U);
+  testing::expect_on_page("recording", chosen.notes[0]);
+  EXPECT_FALSE(all_moved(facts, {}));
+  EXPECT_TRUE(choose_camera(facts, {.quick = true}).odometry_link) << "it may drive later";
+  facts.motions.push_back({"/tf", "base_footprint", false, "odom"});
+  EXPECT_EQ(choose_camera(facts, {}).odometry, "/tf (odom to base_footprint)");
+}
+
+TEST(CameraFacts, ATransformThatChangesHasNoOnlyPose) {
+  CameraFacts facts;
+  const auto add = [&](const char* topic, const char* parent, double x_m) {
+    const ros2::TFMessage message{{ros2::to_ros_transform({}, parent, "base_link", SE3(SO3(), {x_m, 0, 0}))}};
+    ASSERT_TRUE(add_odometry_frames(facts, topic, ros2::TFMessage::kType, cdr::encode(message)));
+  };
+  for (int i = 0; i < 3; ++i) {
+    add("/tf", "odom", 0.5);
+    add("/tf", "vo/odom", 0.1 * i);
+    add("/r2/tf", "odom", 0.2);
+  }
+  ASSERT_EQ(facts.motions.size(), 3U) << "the topic, the parent and the child identify a source";
+  EXPECT_TRUE(facts.motions[0].only_pose);
+  EXPECT_FALSE(facts.motions[1].only_pose);
+  EXPECT_TRUE(facts.motions[2].only_pose);
 }
 
 TEST(CameraFacts, TheChildrenOfOdomAreFoundInTransforms) {

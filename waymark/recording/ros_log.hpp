@@ -13,8 +13,6 @@ class RosLog : public MessageLog {
   Result<RecordingSetup> setup(const CameraChoice& choice) override;
 
  protected:
-  /// The metadata blocks in a file, by name.
-  virtual Result<std::map<std::string, std::map<std::string, std::string>>> metadata() { return {}; }
   /// Notes a message that cannot be decoded and is skipped.
   void note(LogProblem::Kind kind, const std::string& key, const Error& error) {
     visited_.add(kind, key, [&] { return error; });
@@ -26,8 +24,13 @@ class RosLog : public MessageLog {
   using AddFact = Status (*)(CameraFacts& facts, std::string_view topic, std::string_view type, ByteSpan cdr);
 
   Status visit_cdr(const LogSelection& selection, const Visitor& visit);
+  using Enough = std::function<bool(std::uint64_t since_first_ns)>;
   /// Adds facts from all messages on these topics; damage becomes a problem of the setup.
   Status add_facts(const std::set<std::string>& topics, AddFact add, RecordingSetup& setup);
+  /// The same until there are enough. A message that cannot be decoded is noted and skipped.
+  Status add_moving_facts(const std::set<std::string>& topics, AddFact add, const Enough& enough,
+                          RecordingSetup& setup);
+  void add_problems(RecordingSetup& setup) const;
   /// Adds cameras and frames from the first message on each topic.
   void add_first_facts(RecordingSetup& setup);
 };

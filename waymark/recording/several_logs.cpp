@@ -83,21 +83,20 @@ class SplitLog final : public RosLog {
     return {};
   }
 
+  Result<std::map<std::string, std::map<std::string, std::string>>> metadata() override {
+    std::map<std::string, std::map<std::string, std::string>> all;
+    for (const auto& part : parts_) {
+      auto blocks = part->metadata();
+      if (!blocks) return tl::unexpected(blocks.error());
+      all.merge(*blocks);
+    }
+    return all;
+  }
+
   std::vector<LogProblem> problems() const override {
     std::vector<LogProblem> all = opened_.list();
     for (const auto& [where, problem] : of_parts_) all.push_back(problem);
     visited_.append_to(all);
-    return all;
-  }
-
- protected:
-  Result<std::map<std::string, std::map<std::string, std::string>>> metadata() override {
-    std::map<std::string, std::map<std::string, std::string>> all;
-    for (const auto& part : parts_) {
-      Result<RecordingSetup> setup = part->setup();
-      if (!setup) return tl::unexpected(setup.error());
-      all.merge(setup->metadata);
-    }
     return all;
   }
 
@@ -253,17 +252,14 @@ class MergedLog final : public MessageLog {
   }
 
   using MessageLog::setup;
-  /// The setup from the first part that has a camera.
+  /// The setup from the first part that has a camera, with the odometry and the IMU of any part.
   Result<RecordingSetup> setup(const CameraChoice& choice) override {
     RecordingSetup all;
+    std::vector<RecordedMotion> motions;
     for (const auto& part : parts_) {
       Result<RecordingSetup> one = part->setup(choice);
       if (!one) return one;
-      if (!one->chosen.odometry_frame.empty() && has_odometry_messages(*this)) {
-        std::erase_if(one->facts.motions,
-                      [](const RecordedMotion& motion) { return !motion.parent.empty(); });
-        choose(*one, choice);
-      }
+      add_motions(one->facts.motions, motions);
       all.problems.insert(all.problems.end(), one->problems.begin(), one->problems.end());
       all.metadata.merge(one->metadata);
       if (one->facts.infos.empty() && one->facts.views.empty() && one->facts.frames.empty()) continue;
@@ -272,6 +268,10 @@ class MergedLog final : public MessageLog {
       one->problems = std::move(all.problems);
       all = std::move(*one);
     }
+    if (has_odometry_messages(*this))
+      std::erase_if(motions, [](const RecordedMotion& motion) { return !motion.parent.empty(); });
+    all.facts.motions = std::move(motions);
+    choose(all, choice);
     return all;
   }
 
@@ -293,6 +293,16 @@ class MergedLog final : public MessageLog {
   }
 
  private:
+  /// Adds the topics and transforms that no earlier part has.
+  static void add_motions(const std::vector<RecordedMotion>& from, std::vector<RecordedMotion>& all) {
+    for (const RecordedMotion& motion : from) {
+      const bool known = std::ranges::any_of(all, [&](const RecordedMotion& other) {
+        const bool topics = motion.parent.empty() && other.parent.empty();
+        return motion.topic == other.topic && (topics || motion.link() == other.link());
+      });
+      if (!known) all.push_back(motion);
+    }
+  }
   void collect(const MessageLog& part) { std::ranges::copy(part.problems(), std::back_inserter(problems_)); }
 
   std::vector<std::unique_ptr<MessageLog>> parts_;

@@ -66,7 +66,7 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
   info.problems = log.problems();
   info.contents = std::move(*contents);
   // Use the recorded robot setup, if valid. An invalid camera is reported as a problem, not as an error.
-  Result<RecordingSetup> setup = log.setup();
+  Result<RecordingSetup> setup = log.setup({.quick = quick});
   if (setup) info.setup = std::move(*setup);
   if (quick) {
     info.report = quick_report_on(log);
@@ -333,8 +333,7 @@ std::string head_text(const RecordingInfo& info) {
       info.file, static_cast<double>(info.summary.size_bytes) / 1024, info.report.messages, chunks,
       info.description);
   if (!info.summary.library.empty()) text += fmt::format("written by  {}\n", info.summary.library);
-  if (!info.setup.chosen.odometry_frame.empty())
-    text += fmt::format("odometry    {}\n", info.setup.chosen.odometry);
+  if (info.setup.chosen.odometry_link) text += fmt::format("odometry    {}\n", info.setup.chosen.odometry);
   return text + fmt::format("start       {}\nduration    {:.3f} s\n", start_text(info.report.start_ns),
                             info.report.duration_s);
 }

@@ -82,7 +82,6 @@ class McapLog final : public RosLog {
     return all;
   }
 
- protected:
   Result<std::map<std::string, std::map<std::string, std::string>>> metadata() override {
     std::map<std::string, std::map<std::string, std::string>> blocks;
     for (const mcap::MetadataIndex& entry : index_.metadata) {

@@ -50,7 +50,7 @@ std::string_view type_of(const mcap::Index& index, const mcap::Channel& channel)
 class SampleDecoder::Impl {
  public:
   explicit Impl(Visitor visit) : visit_(std::move(visit)) {}
-  void use_transforms(std::string base_frame) { transforms_.emplace(std::move(base_frame)); }
+  void use_transforms(std::optional<OdometryLink> link) { transforms_.emplace(std::move(link)); }
   Status add(const Ros2Message& raw);
   Status finish();
 
@@ -173,7 +173,7 @@ Status SampleDecoder::Impl::on_transforms(const Ros2Message& raw) {
   const auto message = cdr::decode<ros2::TFMessage>(raw.cdr);
   if (!message) return tl::unexpected(named(message.error(), raw));
   for (const ros2::TransformStamped& transform : message->transforms) {
-    const auto odometry = transforms_->add(transform);
+    const auto odometry = transforms_->add(raw.topic, transform);
     if (!odometry) return tl::unexpected(named(odometry.error(), raw));
     if (!*odometry) continue;
     if (Status status = visit_(**odometry); !status) return status;
@@ -183,7 +183,9 @@ Status SampleDecoder::Impl::on_transforms(const Ros2Message& raw) {
 
 SampleDecoder::SampleDecoder(Visitor visit) : impl_(std::make_unique<Impl>(std::move(visit))) {}
 SampleDecoder::~SampleDecoder() = default;
-void SampleDecoder::use_transforms(std::string base_frame) { impl_->use_transforms(std::move(base_frame)); }
+void SampleDecoder::use_transforms(std::optional<OdometryLink> link) {
+  impl_->use_transforms(std::move(link));
+}
 Status SampleDecoder::add(std::string_view topic, std::string_view type, std::uint64_t log_time,
                           ByteSpan cdr) {
   return impl_->add({topic, type, log_time, cdr});

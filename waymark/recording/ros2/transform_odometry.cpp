@@ -33,11 +33,13 @@ bool is_usual_base(std::string_view child) {
   return is_called(child, "base_link") || is_called(child, "base_footprint");
 }
 
-Result<std::optional<waymark::Odometry>> TransformOdometry::add(const TransformStamped& transform) {
+Result<std::optional<waymark::Odometry>> TransformOdometry::add(std::string_view topic,
+                                                                const TransformStamped& transform) {
   if (!is_odometry_frame(transform.header.frame_id)) return std::nullopt;
-  const std::string child = frame_name(transform.child_frame_id);
-  if (base_frame_.empty() && is_usual_base(child)) base_frame_ = child;
-  if (child != base_frame_) return std::nullopt;
+  const OdometryLink link{std::string(topic), frame_name(transform.header.frame_id),
+                          frame_name(transform.child_frame_id)};
+  if (!link_ && is_usual_base(link.child)) link_ = link;
+  if (link != link_) return std::nullopt;
   if (!sound(transform))
     return fail(ErrorCode::Unreadable, "non-finite numbers or a zero quaternion in the message");
   waymark::Odometry now{.stamp = from_ros(transform.header.stamp),

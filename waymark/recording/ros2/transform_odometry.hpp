@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "waymark/recording/odometry_link.hpp"
 #include "waymark/recording/ros2/messages.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
@@ -19,15 +20,16 @@ namespace waymark::ros2 {
 /// one and after a jump.
 class TransformOdometry {
  public:
-  /// `base_frame` is the child frame to use; if empty, it is the first is_usual_base().
-  explicit TransformOdometry(std::string base_frame) : base_frame_(std::move(base_frame)) {}
+  /// Without a link, uses the first one to a frame that is_usual_base().
+  explicit TransformOdometry(std::optional<OdometryLink> link) : link_(std::move(link)) {}
 
-  /// The odometry in a transform. `nullopt` if it is between other frames or has the stamp of the last one,
-  /// because some publishers repeat transforms. Fails (Unreadable) if its numbers are invalid.
-  [[nodiscard]] Result<std::optional<waymark::Odometry>> add(const TransformStamped& transform);
+  /// The odometry in a transform on this topic. `nullopt` if it belongs to another link or has the stamp of
+  /// the last one, because some publishers repeat transforms. Fails (Unreadable) if its numbers are invalid.
+  [[nodiscard]] Result<std::optional<waymark::Odometry>> add(std::string_view topic,
+                                                             const TransformStamped& transform);
 
  private:
-  std::string base_frame_;
+  std::optional<OdometryLink> link_;
   std::optional<waymark::Odometry> last_{};
 };
 

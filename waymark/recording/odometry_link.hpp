@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+namespace waymark {
+
+/// The transforms of one topic between two frames, as a source of odometry. Frames have no leading slash.
+struct OdometryLink {
+  std::string topic{};
+  std::string parent{};  ///< odom, in any namespace
+  std::string child{};   ///< the base
+
+  bool operator==(const OdometryLink&) const = default;
+};
+
+}  // namespace waymark
