@@ -122,8 +122,8 @@ TEST(MessageLog, ConvertsRos1InsideMcap) {
   EXPECT_EQ(command.command, (VelocityCommand{1.0, -1.0}));
 }
 
-/// A recording of /tf in ROS 1 encoding with the old type: a robot that drives 1 m from odom's origin.
-Bytes old_transforms() {
+/// A recording of transforms in ROS 1 encoding with the old type: a robot that drives 1 m from odom's origin.
+Bytes old_transforms(const std::string& topic = "/tf", std::string_view base = "/base_link") {
   Bytes file;
   auto writer = mcap::Writer::open(memory_sink(file), {.profile = "ros1"});
   EXPECT_TRUE(writer);
@@ -137,7 +137,7 @@ Bytes old_transforms() {
       "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n====================\n"
       "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n";
   const auto schema = writer->add_schema("tf/tfMessage", "ros1msg", as_bytes(text));
-  const auto channel = writer->add_channel("/tf", *schema, "ros1");
+  const auto channel = writer->add_channel(topic, *schema, "ros1");
   const auto append_text = [](Bytes& out, std::string_view word) {
     append_little_endian(out, static_cast<std::uint32_t>(word.size()));
     append(out, as_bytes(word));
@@ -146,7 +146,7 @@ Bytes old_transforms() {
     Bytes message;
     for (const std::uint32_t value : {1U, i, i, 0U}) append_little_endian(message, value);  // one; seq; stamp
     append_text(message, "/odom");
-    append_text(message, "/base_link");
+    append_text(message, base);
     for (const double value : {0.1 * i, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0}) append_little_endian(message, value);
     const std::uint64_t time = i * std::uint64_t{1'000'000'000};
     EXPECT_TRUE(writer->write(*channel, time, time, message));
@@ -198,13 +198,24 @@ TEST(MessageLog, OdometryInTransformsIsThatOfAnyPart) {
 }
 
 TEST(MessageLog, OdometryMessagesOfOnePartTakePrecedenceOverTransformsOfAnother) {
-  const Bytes odometry = bytes_of("t_s,x_m,y_m,yaw_rad\n1,0,0,0\n2,0.1,0,0\n");
+  const Bytes odometry =
+      bytes_of("t_s,x_m,y_m,theta_rad,speed_m_s,yaw_rate_rad_s\n1,0,0,0,0,0\n2,0.1,0,0,0,0\n");
   const auto log = opened_together({{"a.csv", odometry}, {"b.mcap", old_transforms()}});
   ASSERT_TRUE(log) << to_string(log.error());
   const auto setup = (*log)->setup();
   ASSERT_TRUE(setup);
   EXPECT_FALSE(setup->chosen.odometry_link);
   EXPECT_EQ(samples_of(**log, (*log)->topics_used(*setup)).size(), 2U);
+}
+
+TEST(OpenLogs, TwoDrivesWithOdometryInTransformsAreRefused) {
+  const auto twice = opened_together({{"a.mcap", old_transforms()}, {"b.mcap", old_transforms()}});
+  ASSERT_FALSE(twice);
+  EXPECT_EQ(twice.error().code, ErrorCode::InvalidArgument);
+  EXPECT_NE(twice.error().message.find("/tf (odom to base_link)"), std::string::npos);
+  EXPECT_TRUE(opened_together({{"a.mcap", old_transforms()}, {"b.mcap", old_transforms("/tf", "lift")}}))
+      << "both have transforms, but only one has odometry";
+  EXPECT_TRUE(opened_together({{"a.mcap", old_transforms()}, {"b.mcap", old_transforms("/r2/tf")}}));
 }
 
 TEST(MessageLog, JoinsASplitBagOfMcapFiles) {

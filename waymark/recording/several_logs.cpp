@@ -322,19 +322,33 @@ bool overlap(const LogSummary& a, const LogSummary& b) {
   return a.start && a.end && b.start && b.end && *a.start < *b.end && *b.start < *a.end;
 }
 
+/// The transforms that are the odometry of a file, if any.
+std::optional<std::string> odometry_transforms(MessageLog& log) {
+  const Result<RecordingSetup> setup = log.setup();
+  return setup && setup->chosen.odometry_link ? std::optional(setup->chosen.odometry) : std::nullopt;
+}
+
 /// Two files with odometry at the same time contain two drives, or the same drive twice.
 Status check_one_drive(const std::vector<std::string>& paths,
                        const std::vector<std::unique_ptr<MessageLog>>& parts) {
+  const bool messages =
+      std::ranges::any_of(parts, [](const auto& part) { return has_odometry_messages(*part); });
+  const auto source = [&](std::size_t i) {
+    return messages ? odometry_topic(*parts[i]) : odometry_transforms(*parts[i]);
+  };
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const auto topic = odometry_topic(*parts[i]);
-    for (std::size_t j = 0; topic && j < i; ++j) {
-      if (odometry_topic(*parts[j]) != topic || !overlap(parts[i]->summary(), parts[j]->summary())) continue;
-      return fail(ErrorCode::InvalidArgument,
-                  fmt::format("overlaps in '{}' with {}: two drives, or one drive twice", *topic, paths[j]),
-                  {.source = paths[i]},
-                  "Files that are read together must belong to one drive. Map the first lap, then add the "
-                  "second with "
-                  "`waymark map SECOND extend=MAP`.");
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!overlap(parts[i]->summary(), parts[j]->summary())) continue;
+      const auto odometry = source(i);
+      if (!odometry) break;
+      if (source(j) != odometry) continue;
+      return fail(
+          ErrorCode::InvalidArgument,
+          fmt::format("overlaps in '{}' with {}: two drives, or one drive twice", *odometry, paths[j]),
+          {.source = paths[i]},
+          "Files that are read together must belong to one drive. Map the first lap, then add the "
+          "second with "
+          "`waymark map SECOND extend=MAP`.");
     }
   }
   return {};
