@@ -194,7 +194,20 @@ Result<LogReport> report_on(MessageLog& log, const std::function<bool(std::uint6
   return report;
 }
 
-Result<LogContents> contents_of(MessageLog& log, bool whole, ClockCheck* clocks) {
+namespace {
+
+const char* kind_of(const Sample& sample) {
+  constexpr std::array<const char*, 11> kNames = {"tags",          "odometry", "wheels", "imu",
+                                                  "commands",      "truth",    "images", "tag_poses",
+                                                  "range_bearing", "scans",    "gamepad"};
+  static_assert(std::variant_size_v<Sample> == kNames.size());
+  return kNames[sample.index()];
+}
+
+}  // namespace
+
+Result<LogContents> contents_of(MessageLog& log, bool whole, ClockCheck* clocks,
+                                const RecordingSetup* setup) {
   LogContents contents;
   LogSelection others;
   for (const LogChannel& channel : log.channels()) {
@@ -205,14 +218,23 @@ Result<LogContents> contents_of(MessageLog& log, bool whole, ClockCheck* clocks)
   if (others.topics.empty()) return contents;
   // The start is unknown if the file is truncated.
   if (const auto start = log.summary().start; start && !whole) others.to = *start + kContents_ns;
-  const Status status = log.visit_samples(others, [&](const Sample& sample) {
-    constexpr std::array<const char*, 11> kNames = {"tags",          "odometry", "wheels", "imu",
-                                                    "commands",      "truth",    "images", "tag_poses",
-                                                    "range_bearing", "scans",    "gamepad"};
-    static_assert(std::variant_size_v<Sample> == kNames.size());
-    contents.insert(kNames[sample.index()]);
+  LogSelection used = others;
+  if (setup != nullptr) {
+    used = log.topics_used(*setup, false);
+    used.to = others.to;
+    others.odometry_link = used.odometry_link;
+  }
+  const auto add_clocks = [&](const Sample& sample) {
     if (clocks != nullptr) clocks->add(sample);
     return Status{};
+  };
+  // All topics are visited last, so that the problems are complete.
+  const bool all_used = used.topics == others.topics;
+  if (clocks != nullptr && !all_used && !used.topics.empty())
+    if (Status status = log.visit_samples(used, add_clocks); !status) return tl::unexpected(status.error());
+  const Status status = log.visit_samples(others, [&](const Sample& sample) {
+    contents.insert(kind_of(sample));
+    return all_used ? add_clocks(sample) : Status{};
   });
   if (!status) return tl::unexpected(status.error());
   return contents;

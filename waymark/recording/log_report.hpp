@@ -81,10 +81,11 @@ struct LogReport {
 /// Kinds of samples in the first ten seconds of a recording: "tags", "images", "odometry", "wheels", "imu",
 /// "commands", "truth", "tag_poses", "range_bearing", "scans", "gamepad". If `whole`, reads the whole
 /// recording, so that problems() is complete. Images are not decoded. Adds the stamps of all other samples to
-/// `clocks`, if given.
+/// `clocks`, if given; with a setup, only on the topics that are used with it.
 using LogContents = std::set<std::string>;
 [[nodiscard]] Result<LogContents> contents_of(MessageLog& log, bool whole = false,
-                                              ClockCheck* clocks = nullptr);
+                                              ClockCheck* clocks = nullptr,
+                                              const RecordingSetup* setup = nullptr);
 
 /// Reports counts and rates from the index alone if the file has one, without reading stamps. O(index).
 [[nodiscard]] LogReport quick_report_on(const MessageLog& log);

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "waymark/recording/mcap/writer.hpp"
+#include "waymark/recording/ros2/convert.hpp"
 #include "waymark/recording/sample_recorder.hpp"
+#include "waymark/samples/clock_check.hpp"
 
 namespace waymark {
 namespace {
@@ -86,6 +88,32 @@ TEST(LogReport, DetectsAClockJump) {
     EXPECT_EQ(quick_report_on(**log).messages, report->messages);
     EXPECT_EQ(*contents_of(**log), (LogContents{"images", "gamepad"}));
   }
+}
+
+TEST(ContentsOf, OnlyTopicsThatAreUsedCountForTheClocks) {
+  Bytes file;
+  auto recorder = SampleRecorder::open(memory_sink(file));
+  ASSERT_TRUE(recorder);
+  for (int i = 1; i <= 20; ++i) {
+    const SensorTime stamp(std::chrono::milliseconds(100 * i));
+    const SensorTime other = stamp + std::chrono::hours(1);
+    ASSERT_TRUE(recorder->add(TagFrame{.stamp = stamp}));
+    ASSERT_TRUE(recorder->add(Odometry{.stamp = stamp}));
+    ASSERT_TRUE(recorder->add_message("/other", stamp, ros2::to_ros(Odometry{.stamp = other})));
+  }
+  ASSERT_TRUE(recorder->close());
+  const auto log = open_log(memory_source(file));
+  ASSERT_TRUE(log);
+  auto setup = (*log)->setup();
+  ASSERT_TRUE(setup);
+  EXPECT_TRUE(setup->chosen.unused.contains("/other"));
+  ClockCheck clocks;
+  EXPECT_EQ(*contents_of(**log, true, &clocks, &*setup), (LogContents{"tags", "odometry"}));
+  EXPECT_FALSE(clocks.mismatch());
+  setup->chosen.unused = {"/odom"};
+  ClockCheck apart;
+  EXPECT_EQ(*contents_of(**log, true, &apart, &*setup), (LogContents{"tags", "odometry"}));
+  EXPECT_TRUE(apart.mismatch());
 }
 
 TEST(LogReport, ZeroStampedDescriptionsDoNotExtendTheDuration) {

@@ -328,7 +328,8 @@ TEST(CameraChoice, TransformsOfSeveralBasesAreNotedUnlessOneIsChosen) {
   EXPECT_EQ(second.odometry_link, (OdometryLink{"/tf", "r2/odom", "r2/base_link"}));
   facts.motions.push_back({"/tf", "chassis", false, "odom"});
   EXPECT_EQ(choose_camera(facts, {.base_frame = "chassis"}).odometry, "/tf (odom to chassis)");
-  facts.frames.add("r2/base_link", "base_link", SE3());
+  facts.frames = {};
+  facts.frames.add("r2/base_link", "camera_color_optical_frame", kUp * kOpticalTurn);
   EXPECT_EQ(choose_camera(facts, {}).odometry, "/tf (r2/odom to r2/base_link)") << "it carries the camera";
 }
 

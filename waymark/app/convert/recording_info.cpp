@@ -35,9 +35,19 @@ void add_camera_problems(RecordingInfo& info) {
     if (problem) info.problems.push_back({LogProblem::Kind::Trap, "camera", *problem});
 }
 
-/// Adds a problem if odometry, IMU data or ground truth are not stamped by the clock of the images.
+/// Adds the problems with a key that is not known yet.
+void add_new(const std::vector<LogProblem>& problems, RecordingInfo& info) {
+  for (const LogProblem& problem : problems)
+    if (std::ranges::find(info.problems, problem.key, &LogProblem::key) == info.problems.end())
+      info.problems.push_back(problem);
+}
+
+/// Adds a problem if odometry, IMU data or ground truth are not stamped by the clock of the images. As in a
+/// map, only images that are used count, and none if there are tags.
 void add_clock_problem(ClockCheck clocks, RecordingInfo& info) {
+  const bool has_tags = info.contents.contains("tags") || info.contents.contains("tag_poses");
   for (const RecordedView& view : info.setup.facts.views) {
+    if (has_tags || info.setup.chosen.unused.contains(view.topic)) continue;
     const auto topic = std::ranges::find(info.report.topics, view.topic, &TopicReport::topic);
     if (!view.image || topic == info.report.topics.end()) continue;
     for (const std::uint64_t stamp_ns : {topic->stamps.earliest_ns(), topic->stamps.latest_ns()})
@@ -59,15 +69,17 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
                      .summary = log.summary(),
                      .quick = quick,
                      .attachments = log.attachments()};
-  ClockCheck clocks;
-  Result<LogContents> contents = contents_of(log, !quick, &clocks);
-  if (!contents) return tl::unexpected(contents.error());
-  // Problems with the messages; must be copied before the next visit clears them.
-  info.problems = log.problems();
-  info.contents = std::move(*contents);
   // Use the recorded robot setup, if valid. An invalid camera is reported as a problem, not as an error.
   Result<RecordingSetup> setup = log.setup({.quick = quick});
+  // Problems with the messages must be copied before the next visit clears them.
+  const std::vector<LogProblem> setup_problems = log.problems();
   if (setup) info.setup = std::move(*setup);
+  ClockCheck clocks;
+  Result<LogContents> contents = contents_of(log, !quick, &clocks, setup ? &info.setup : nullptr);
+  if (!contents) return tl::unexpected(contents.error());
+  info.problems = log.problems();
+  add_new(setup_problems, info);
+  info.contents = std::move(*contents);
   if (quick) {
     info.report = quick_report_on(log);
   } else {
@@ -81,9 +93,7 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
     if (!report) return tl::unexpected(report.error());
     info.report = std::move(*report);
   }
-  for (LogProblem& problem : log.problems())
-    if (std::ranges::find(info.problems, problem.key, &LogProblem::key) == info.problems.end())
-      info.problems.push_back(std::move(problem));
+  add_new(log.problems(), info);
   if (!setup) info.problems.push_back({.key = "setup", .error = setup.error()});
   add_camera_problems(info);
   add_clock_problem(clocks, info);
