@@ -208,6 +208,16 @@ TEST(MessageLog, OdometryMessagesOfOnePartTakePrecedenceOverTransformsOfAnother)
   EXPECT_EQ(samples_of(**log, (*log)->topics_used(*setup)).size(), 2U);
 }
 
+TEST(MessageLog, TablesHaveNoTopicsToChooseFrom) {
+  const Bytes ranges = bytes_of("t_s,landmark,range_m,bearing_rad\n1,1,1,0\n");
+  const auto log = opened_together({{"a.csv", ranges}, {"b.csv", ranges}});
+  ASSERT_TRUE(log) << to_string(log.error());
+  const auto setup = (*log)->setup({.base_frame = "base", .camera_topic = "/camera"});
+  ASSERT_TRUE(setup);
+  EXPECT_FALSE(setup->chosen.ambiguous);
+  EXPECT_FALSE(setup->chosen.mounting_error);
+}
+
 TEST(OpenLogs, TwoDrivesWithOdometryInTransformsAreRefused) {
   const auto twice = opened_together({{"a.mcap", old_transforms()}, {"b.mcap", old_transforms()}});
   ASSERT_FALSE(twice);

@@ -262,7 +262,7 @@ class MergedLog final : public MessageLog {
       add_motions(one->facts.motions, motions);
       all.problems.insert(all.problems.end(), one->problems.begin(), one->problems.end());
       all.metadata.merge(one->metadata);
-      if (one->facts.infos.empty() && one->facts.views.empty() && one->facts.frames.empty()) continue;
+      if (!has_camera_facts(one->facts)) continue;
       if (all.camera || all.base_T_cam) continue;
       one->metadata = std::move(all.metadata);
       one->problems = std::move(all.problems);
@@ -271,7 +271,8 @@ class MergedLog final : public MessageLog {
     if (has_odometry_messages(*this))
       std::erase_if(motions, [](const RecordedMotion& motion) { return !motion.parent.empty(); });
     all.facts.motions = std::move(motions);
-    choose(all, choice);
+    // Tables and LCM logs have no frames and topics to choose from.
+    if (has_camera_facts(all.facts) || !all.facts.motions.empty()) choose(all, choice);
     return all;
   }
 
@@ -293,6 +294,9 @@ class MergedLog final : public MessageLog {
   }
 
  private:
+  static bool has_camera_facts(const CameraFacts& facts) {
+    return !facts.infos.empty() || !facts.views.empty() || !facts.frames.empty();
+  }
   /// Adds the topics and transforms that no earlier part has.
   static void add_motions(const std::vector<RecordedMotion>& from, std::vector<RecordedMotion>& all) {
     for (const RecordedMotion& motion : from) {
