@@ -222,7 +222,7 @@ Result<LogContents> contents_of(MessageLog& log, bool whole, ClockCheck* clocks,
   if (setup != nullptr) {
     used = log.topics_used(*setup, false);
     used.to = others.to;
-    others.odometry_link = used.odometry_link;
+    others.odometry_frames = used.odometry_frames;
   }
   const auto add_clocks = [&](const Sample& sample) {
     if (clocks != nullptr) clocks->add(sample);

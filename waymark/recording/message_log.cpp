@@ -208,7 +208,7 @@ std::string to_string(const LogProblem& problem) {
 }
 
 LogSelection MessageLog::topics_used(const RecordingSetup& setup, std::optional<bool> images) const {
-  LogSelection selection{.odometry_link = setup.chosen.odometry_link.value_or(OdometryLink{})};
+  LogSelection selection{.odometry_frames = setup.chosen.odometry_frames.value_or(OdometryFrames{})};
   for (const LogChannel& channel : channels()) {
     const bool image = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
     if (image == images.value_or(image) && !setup.chosen.unused.contains(channel.topic))

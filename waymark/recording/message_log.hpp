@@ -19,7 +19,7 @@
 #include "waymark/recording/byte_file.hpp"
 #include "waymark/recording/byte_io.hpp"
 #include "waymark/recording/compression.hpp"
-#include "waymark/recording/odometry_link.hpp"
+#include "waymark/recording/odometry_frames.hpp"
 #include "waymark/recording/recording_setup.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
@@ -81,7 +81,7 @@ struct LogSelection {
   /// Whether transforms from odom to the base are odometry samples in a recording without nav_msgs/Odometry.
   bool odometry_in_transforms = true;
   /// These transforms. `nullopt`: the first ones to base_link or base_footprint; an empty link: none.
-  std::optional<OdometryLink> odometry_link{};
+  std::optional<OdometryFrames> odometry_frames{};
 
   [[nodiscard]] bool takes(const std::string& topic) const {
     return topics.empty() || topics.contains(topic);

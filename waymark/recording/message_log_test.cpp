@@ -204,7 +204,7 @@ TEST(MessageLog, OdometryMessagesOfOnePartTakePrecedenceOverTransformsOfAnother)
   ASSERT_TRUE(log) << to_string(log.error());
   const auto setup = (*log)->setup();
   ASSERT_TRUE(setup);
-  EXPECT_FALSE(setup->chosen.odometry_link);
+  EXPECT_FALSE(setup->chosen.odometry_frames);
   EXPECT_EQ(samples_of(**log, (*log)->topics_used(*setup)).size(), 2U);
 }
 

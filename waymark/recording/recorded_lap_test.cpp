@@ -269,11 +269,11 @@ TEST(ReadLap, TransformsThatNeverChangeAreNotOdometry) {
 TEST(RecordingSetup, OnlyTheBeginningOfTheTransformsIsRead) {
   const auto begins = setup_of(record_transforms({.damaged = 20}));
   ASSERT_TRUE(begins);
-  EXPECT_TRUE(begins->chosen.odometry_link);
+  EXPECT_TRUE(begins->chosen.odometry_frames);
   EXPECT_EQ(begins->problems.size(), 1U) << "the mounting is unknown, so all transforms are read for it";
   const auto quick = setup_of(record_transforms({.still = 25}), {.quick = true});
   ASSERT_TRUE(quick);
-  EXPECT_TRUE(quick->chosen.odometry_link);
+  EXPECT_TRUE(quick->chosen.odometry_frames);
   const auto damaged_later = setup_of(record_transforms({.damaged = 20}), {.quick = true});
   ASSERT_TRUE(damaged_later);
   EXPECT_THAT(damaged_later->problems, IsEmpty());

@@ -243,7 +243,7 @@ bool is_on_topic(const std::string& topic, const std::string& place) {
 }
 
 /// A link as text: "/tf (odom to base_link)".
-std::string words_of(const OdometryLink& link) {
+std::string words_of(const OdometryFrames& link) {
   return fmt::format("{} ({} to {})", link.topic, link.parent, link.child);
 }
 
@@ -553,7 +553,7 @@ void CameraSelector::choose_transforms() {
 void CameraSelector::use_transforms(const RecordedMotion& motion) {
   odometry_ = &motion;
   chosen_.odometry = words_of(motion.link());
-  chosen_.odometry_link = motion.link();
+  chosen_.odometry_frames = motion.link();
   note(odometry_note(chosen_));
 }
 
@@ -742,7 +742,7 @@ void use_all(std::vector<ChosenCamera> cameras, RecordingSetup& setup) {
         {ros2::camera_of_frame(camera->camera_frame), *camera->camera, *camera->base_T_cam});
   setup.chosen.notes = {fmt::format("all {} cameras are used: {} (set `camera_frame` to use one)",
                                     frames.size(), fmt::join(frames, ", "))};
-  if (setup.chosen.odometry_link) setup.chosen.notes.push_back(odometry_note(setup.chosen));
+  if (setup.chosen.odometry_frames) setup.chosen.notes.push_back(odometry_note(setup.chosen));
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/camera/image_lens.hpp"
 #include "waymark/recording/byte_io.hpp"
-#include "waymark/recording/odometry_link.hpp"
+#include "waymark/recording/odometry_frames.hpp"
 #include "waymark/recording/ros2/frame_tree.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"
@@ -49,7 +49,7 @@ struct RecordedMotion {
   /// Pose in transforms (parent_T_frame) that have not changed so far; a robot that drives has none.
   std::optional<SE3> only_pose{};
 
-  [[nodiscard]] OdometryLink link() const { return {topic, parent, frame}; }
+  [[nodiscard]] OdometryFrames link() const { return {topic, parent, frame}; }
 };
 
 /// Cameras and frames in a ROS recording, before any selection.
@@ -125,22 +125,23 @@ struct ChosenCamera {
   std::string base_frame{};
   std::string camera_frame{};
   std::string odometry{};  ///< source of the odometry: a topic, or "/tf (odom to base_link)"
-  std::optional<OdometryLink> odometry_link{};  ///< the transforms that are the odometry; empty for a topic
-  std::set<std::string> unused{};               ///< topics not to read: other cameras, duplicates
-  std::vector<std::string> notes{};             ///< messages about choices made among several candidates
-  std::optional<Error> camera_error{};          ///< why there is no calibration
-  std::optional<Error> mounting_error{};        ///< why there is no mounting; shows the frame tree
-  std::optional<Error> ambiguous{};             ///< choice that must be made before the recording can be used
+  std::optional<OdometryFrames>
+      odometry_frames{};                  ///< the transforms that are the odometry; empty for a topic
+  std::set<std::string> unused{};         ///< topics not to read: other cameras, duplicates
+  std::vector<std::string> notes{};       ///< messages about choices made among several candidates
+  std::optional<Error> camera_error{};    ///< why there is no calibration
+  std::optional<Error> mounting_error{};  ///< why there is no mounting; shows the frame tree
+  std::optional<Error> ambiguous{};       ///< choice that must be made before the recording can be used
   std::vector<std::string> frames{};  ///< frames of the cameras if there are several and none was selected
 };
 
 /// Selects the camera and the odometry. Without nav_msgs/Odometry, the odometry is the transforms from odom
 /// to base_link, base_footprint or `base_frame`, unless they never change. Of several, it is those on
-/// `odometry_topic`, to a base above the camera, or from a frame called just odom; if these do not decide,
-/// there is no odometry, which is noted. The base is `base_frame`, otherwise the child frame of the odometry,
-/// otherwise base_link or base_footprint in any namespace. The camera frame is `camera_frame`, otherwise the
-/// frame in the header of its tags or images, otherwise that of its calibration. The mounting is composed of
-/// all transforms between the two.
+/// `odometry_topic`, to a base above the camera, or from a frame called just odom. If these do not decide,
+/// there is no odometry, and a note lists the transforms. The base is `base_frame`, otherwise the child frame
+/// of the odometry, otherwise base_link or base_footprint in any namespace. The camera frame is
+/// `camera_frame`, otherwise the frame in the header of its tags or images, otherwise that of its
+/// calibration. The mounting is composed of all transforms between the two.
 [[nodiscard]] ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice);
 
 /// All cameras in a recording, one per frame of tags or images, in the order of their calibrations. Empty

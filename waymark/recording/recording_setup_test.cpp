@@ -289,14 +289,14 @@ CameraFacts a_robot_with_transforms(const std::string& base = "base_link") {
 TEST(CameraChoice, TransformsFromOdomAreTheOdometryIfNoTopicIs) {
   const ChosenCamera chosen = choose_camera(a_robot_with_transforms(), {});
   EXPECT_EQ(chosen.odometry, "/tf (odom to base_link)");
-  EXPECT_EQ(chosen.odometry_link, (OdometryLink{"/tf", "odom", "base_link"}));
+  EXPECT_EQ(chosen.odometry_frames, (OdometryFrames{"/tf", "odom", "base_link"}));
   EXPECT_FALSE(chosen.ambiguous);
   ASSERT_EQ(chosen.notes.size(), 1U);
   testing::expect_on_page("recording", chosen.notes[0]);
   CameraFacts both = a_robot_with_transforms();
   both.motions.push_back({"/odom", "base_link", false});
   EXPECT_EQ(choose_camera(both, {}).odometry, "/odom") << "the topic takes precedence";
-  EXPECT_FALSE(choose_camera(both, {}).odometry_link);
+  EXPECT_FALSE(choose_camera(both, {}).odometry_frames);
   EXPECT_EQ(choose_camera(a_robot(), {}).odometry, "/odom");
   EXPECT_EQ(choose_camera(a_robot_with_transforms("arm_link"), {}).odometry, "") << "not a base";
 }
@@ -319,13 +319,13 @@ TEST(CameraChoice, TransformsOfSeveralBasesAreNotedUnlessOneIsChosen) {
   const ChosenCamera chosen = choose_camera(facts, {});
   EXPECT_FALSE(chosen.ambiguous) << "a recording without odometry can be read";
   EXPECT_EQ(chosen.odometry, "");
-  EXPECT_FALSE(chosen.odometry_link);
+  EXPECT_FALSE(chosen.odometry_frames);
   EXPECT_TRUE(chosen.base_T_cam);
   ASSERT_EQ(chosen.notes.size(), 1U);
   testing::expect_on_page("recording", chosen.notes[0]);
   const ChosenCamera second = choose_camera(facts, {.base_frame = "/r2/base_link"});
   EXPECT_FALSE(second.ambiguous);
-  EXPECT_EQ(second.odometry_link, (OdometryLink{"/tf", "r2/odom", "r2/base_link"}));
+  EXPECT_EQ(second.odometry_frames, (OdometryFrames{"/tf", "r2/odom", "r2/base_link"}));
   facts.motions.push_back({"/tf", "chassis", false, "odom"});
   EXPECT_EQ(choose_camera(facts, {.base_frame = "chassis"}).odometry, "/tf (odom to chassis)");
   facts.frames = {};
@@ -351,12 +351,12 @@ TEST(CameraChoice, TransformsThatNeverChangeAreNotOdometry) {
   CameraFacts facts = a_robot_with_transforms();
   facts.motions[0].only_pose = SE3();
   const ChosenCamera chosen = choose_camera(facts, {});
-  EXPECT_FALSE(chosen.odometry_link);
+  EXPECT_FALSE(chosen.odometry_frames);
   EXPECT_EQ(chosen.odometry, "");
   ASSERT_EQ(chosen.notes.size(), 1U);
   testing::expect_on_page("recording", chosen.notes[0]);
   EXPECT_FALSE(all_moved(facts, {}));
-  EXPECT_TRUE(choose_camera(facts, {.quick = true}).odometry_link) << "it may drive later";
+  EXPECT_TRUE(choose_camera(facts, {.quick = true}).odometry_frames) << "it may drive later";
   facts.motions.push_back({"/tf", "base_footprint", false, "odom"});
   EXPECT_EQ(choose_camera(facts, {}).odometry, "/tf (odom to base_footprint)");
 }

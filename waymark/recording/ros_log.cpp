@@ -33,7 +33,7 @@ Status RosLog::visit_samples(const LogSelection& selection, const SampleVisitor&
     return status;
   });
   if (selection.odometry_in_transforms && !has_odometry_messages(*this))
-    decoder.use_transforms(selection.odometry_link);
+    decoder.use_transforms(selection.odometry_frames);
   Status status = visit_cdr(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
     Status done = decoder.add(channel.topic, channel.type, message.log_time, message.data);
     if (done || stopped) return done;

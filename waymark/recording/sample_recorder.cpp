@@ -48,6 +48,7 @@ template <class Message>
 Status SampleRecorder::add_message(const std::string& topic, SensorTime stamp, const Message& message) {
   return write(topic, Message::kType, stamp, cdr::encode(message));
 }
+template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::Odometry&);
 template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::TFMessage&);
 template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::PoseStamped&);
 template Status SampleRecorder::add_message(const std::string&, SensorTime,

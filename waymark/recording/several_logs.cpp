@@ -329,7 +329,7 @@ bool overlap(const LogSummary& a, const LogSummary& b) {
 /// The transforms that are the odometry of a file, if any.
 std::optional<std::string> odometry_transforms(MessageLog& log) {
   const Result<RecordingSetup> setup = log.setup();
-  return setup && setup->chosen.odometry_link ? std::optional(setup->chosen.odometry) : std::nullopt;
+  return setup && setup->chosen.odometry_frames ? std::optional(setup->chosen.odometry) : std::nullopt;
 }
 
 /// Two files with odometry at the same time contain two drives, or the same drive twice.

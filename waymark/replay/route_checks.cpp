@@ -163,7 +163,7 @@ std::string describe_too_near(const NearestTag& nearest, const SafetyOptions& op
   if (nearest.clearance_m >= options.min_clearance_m) return {};
   return fmt::format(
       "the hull passes {} at {:.2f} m, {:.2f} m along the route. A replay stops there (limit {:g} m). "
-      "Teach the lap farther from this tag, move the tag, or set a smaller `min_clearance_m`",
+      "Teach the lap farther from this tag, move the tag, or replay with a smaller `min_clearance_m`",
       to_string(nearest.tag), nearest.clearance_m, nearest.arc_length_m, options.min_clearance_m);
 }
 

@@ -343,7 +343,7 @@ std::string head_text(const RecordingInfo& info) {
       info.file, static_cast<double>(info.summary.size_bytes) / 1024, info.report.messages, chunks,
       info.description);
   if (!info.summary.library.empty()) text += fmt::format("written by  {}\n", info.summary.library);
-  if (info.setup.chosen.odometry_link) text += fmt::format("odometry    {}\n", info.setup.chosen.odometry);
+  if (info.setup.chosen.odometry_frames) text += fmt::format("odometry    {}\n", info.setup.chosen.odometry);
   return text + fmt::format("start       {}\nduration    {:.3f} s\n", start_text(info.report.start_ns),
                             info.report.duration_s);
 }

@@ -100,7 +100,7 @@ TEST_F(MapLap, OdometryOfAnotherClockIsNotUsed) {
   ASSERT_TRUE(tags_alone && report) << to_string(report.error());
   EXPECT_EQ(report->odometry, "");
   EXPECT_THAT(report->warnings, Contains(HasSubstr("1700000000 s")));
-  EXPECT_EQ(report->warnings.size(), tags_alone->warnings.size()) << "one warning instead of \"no odometry\"";
+  EXPECT_THAT(report->warnings, Not(Contains(HasSubstr("contains no odometry")))) << "the cause is named";
   ASSERT_TRUE(report->tag_errors && tags_alone->tag_errors);
   EXPECT_NEAR(report->tag_errors->rmse_m, tags_alone->tag_errors->rmse_m, 1e-9);
   testing::expect_on_page("map", lines_of(tags_alone->warnings));

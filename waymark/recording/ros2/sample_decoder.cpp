@@ -50,7 +50,7 @@ std::string_view type_of(const mcap::Index& index, const mcap::Channel& channel)
 class SampleDecoder::Impl {
  public:
   explicit Impl(Visitor visit) : visit_(std::move(visit)) {}
-  void use_transforms(std::optional<OdometryLink> link) { transforms_.emplace(std::move(link)); }
+  void use_transforms(std::optional<OdometryFrames> link) { transforms_.emplace(std::move(link)); }
   Status add(const Ros2Message& raw);
   Status finish();
 
@@ -183,7 +183,7 @@ Status SampleDecoder::Impl::on_transforms(const Ros2Message& raw) {
 
 SampleDecoder::SampleDecoder(Visitor visit) : impl_(std::make_unique<Impl>(std::move(visit))) {}
 SampleDecoder::~SampleDecoder() = default;
-void SampleDecoder::use_transforms(std::optional<OdometryLink> link) {
+void SampleDecoder::use_transforms(std::optional<OdometryFrames> link) {
   impl_->use_transforms(std::move(link));
 }
 Status SampleDecoder::add(std::string_view topic, std::string_view type, std::uint64_t log_time,

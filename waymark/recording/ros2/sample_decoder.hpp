@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "waymark/recording/byte_file.hpp"
-#include "waymark/recording/odometry_link.hpp"
+#include "waymark/recording/odometry_frames.hpp"
 #include "waymark/recording/recording_setup.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
@@ -24,7 +24,7 @@ class SampleDecoder {
   SampleDecoder& operator=(const SampleDecoder&) = delete;
 
   /// Also converts transforms to odometry (TransformOdometry); for recordings without nav_msgs/Odometry.
-  void use_transforms(std::optional<OdometryLink> link);
+  void use_transforms(std::optional<OdometryFrames> link);
   /// Visits the sample of a message in plain CDR, if its type and topic are supported. log_time [ns] is the
   /// stamp for types without a header. Fails if a message cannot be decoded or the visitor fails. A tag frame
   /// waits for the covariances that may follow it.

@@ -36,8 +36,8 @@ bool is_usual_base(std::string_view child) {
 Result<std::optional<waymark::Odometry>> TransformOdometry::add(std::string_view topic,
                                                                 const TransformStamped& transform) {
   if (!is_odometry_frame(transform.header.frame_id)) return std::nullopt;
-  const OdometryLink link{std::string(topic), frame_name(transform.header.frame_id),
-                          frame_name(transform.child_frame_id)};
+  const OdometryFrames link{std::string(topic), frame_name(transform.header.frame_id),
+                            frame_name(transform.child_frame_id)};
   if (!link_ && is_usual_base(link.child)) link_ = link;
   if (link != link_) return std::nullopt;
   if (!sound(transform))

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "waymark/recording/odometry_link.hpp"
+#include "waymark/recording/odometry_frames.hpp"
 #include "waymark/recording/ros2/messages.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
@@ -21,7 +21,7 @@ namespace waymark::ros2 {
 class TransformOdometry {
  public:
   /// Without a link, uses the first one to a frame that is_usual_base().
-  explicit TransformOdometry(std::optional<OdometryLink> link) : link_(std::move(link)) {}
+  explicit TransformOdometry(std::optional<OdometryFrames> link) : link_(std::move(link)) {}
 
   /// The odometry in a transform on this topic. `nullopt` if it belongs to another link or has the stamp of
   /// the last one, because some publishers repeat transforms. Fails (Unreadable) if its numbers are invalid.
@@ -29,7 +29,7 @@ class TransformOdometry {
                                                              const TransformStamped& transform);
 
  private:
-  std::optional<OdometryLink> link_;
+  std::optional<OdometryFrames> link_;
   std::optional<waymark::Odometry> last_{};
 };
 

@@ -64,9 +64,9 @@ TEST(TransformOdometry, OtherLinksAndRepeatedStampsAreSkipped) {
   EXPECT_TRUE(*odometry.add("/tf", base_at(2, {}, "r1/odom", "r1/base_link")));
   EXPECT_FALSE(*odometry.add("/tf", base_at(3, {}, "odom", "r1/base_link"))) << "another parent";
   EXPECT_FALSE(*odometry.add("/r2/tf", base_at(3, {}, "r1/odom", "r1/base_link"))) << "another topic";
-  TransformOdometry none(OdometryLink{});
+  TransformOdometry none(OdometryFrames{});
   EXPECT_FALSE(*none.add("/tf", base_at(1, {})));
-  TransformOdometry chosen(OdometryLink{"/tf", "odom", "lift"});
+  TransformOdometry chosen(OdometryFrames{"/tf", "odom", "lift"});
   EXPECT_FALSE(*chosen.add("/tf", base_at(1, {}, "odom", "base_link")));
   EXPECT_TRUE(*chosen.add("/tf", base_at(1, {}, "odom", "lift")));
 }

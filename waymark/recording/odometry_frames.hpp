@@ -5,12 +5,12 @@
 namespace waymark {
 
 /// The transforms of one topic between two frames, as a source of odometry. Frames have no leading slash.
-struct OdometryLink {
+struct OdometryFrames {
   std::string topic{};
   std::string parent{};  ///< odom, in any namespace
   std::string child{};   ///< the base
 
-  bool operator==(const OdometryLink&) const = default;
+  bool operator==(const OdometryFrames&) const = default;
 };
 
 }  // namespace waymark
