@@ -76,7 +76,7 @@ Status add_info(CameraFacts& facts, std::string_view topic, ByteSpan cdr) {
   known->frame = frame_name(message->header.frame_id);
   Result<CameraModel> camera = camera_of(*message);
   if (camera) {
-    known->camera = std::move(*camera);
+    known->camera = *camera;
     known->rectified = rectified_camera(*message);
     known->part = part_text(*message);
     known->error.reset();
@@ -399,6 +399,7 @@ bool differ(const CameraModel& a, const CameraModel& b) {
 
 void CameraSelector::choose_info() {
   std::vector<const RecordedCameraInfo*> fitting;
+  fitting.reserve(facts_.infos.size());
   for (const RecordedCameraInfo& info : facts_.infos) fitting.push_back(&info);
   const auto narrow = [&](auto takes) {
     std::vector<const RecordedCameraInfo*> kept;
@@ -426,6 +427,7 @@ void CameraSelector::choose_info() {
       std::ranges::all_of(fitting, [&](const auto* other) { return other->camera == info.camera; });
   if (!one) {
     std::vector<std::string> topics;
+    topics.reserve(fitting.size());
     for (const auto* other : fitting) topics.push_back(other->topic);
     ambiguous(fmt::format("several calibrations match the camera: {}", fmt::join(topics, ", ")),
               fmt::format("Choose one with `camera_topic`, for example `camera_topic={}`.", topics.front()));
@@ -485,6 +487,7 @@ void CameraSelector::choose_motion(bool imu, const std::string& requested, std::
     if (requested.empty() && chosen == nullptr && as_usual) chosen = motion;
   }
   std::vector<std::string> topics;
+  topics.reserve(all.size());
   for (const RecordedMotion* motion : all) topics.push_back(motion->topic);
   if (chosen == nullptr || (!requested.empty() && chosen->topic != requested)) {
     ambiguous(requested.empty() ? fmt::format("the recording has {} {} topics: {}", all.size(),
@@ -559,6 +562,7 @@ void CameraSelector::use_transforms(const RecordedMotion& motion) {
 
 void CameraSelector::note_several(const std::vector<const RecordedMotion*>& all) {
   std::vector<std::string> links;
+  links.reserve(all.size());
   for (const RecordedMotion* motion : all) links.push_back(words_of(motion->link()));
   note(
       fmt::format("odometry is not read from transforms, because several may be that of the robot: {} (set "

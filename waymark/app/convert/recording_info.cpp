@@ -183,6 +183,7 @@ ReportFields fields(const NextStep& step) {
 
 ReportFields fields(const RecordingInfo& info) {
   std::vector<InfoTopic> topics;
+  topics.reserve(info.report.topics.size());
   for (const TopicReport& topic : info.report.topics) topics.push_back({topic, info.quick});
   const std::vector<InfoAttachment> attachments(info.attachments.begin(), info.attachments.end());
   std::vector<std::string> problems;
