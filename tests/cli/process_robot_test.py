@@ -111,9 +111,9 @@ class Loop(InFolder):
                                    cwd=self.folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         lap = self.folder / "lap.mcap"
         deadline = time.monotonic() + 60
-        while time.monotonic() < deadline and not lap.exists():
+        some_images = 50_000  # bytes
+        while time.monotonic() < deadline and not (lap.exists() and lap.stat().st_size > some_images):
             time.sleep(0.05)
-        time.sleep(2)  # some images
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130, out + err)
