@@ -32,6 +32,7 @@ TEST(MapChecks, ReportsAWrongCameraMounting) {
   const BundleMap map = map_of(lap.input);
   ASSERT_TRUE(map.mounting);
   EXPECT_THAT(check_map(lap.input, map), Contains(HasSubstr("camera mounting")));
+  EXPECT_TRUE(map.moved_tags.empty()) << "a wrong mounting is not explained by moved tags";
   const SE3& found = map.mounting->base_T_cam;
   Vector6 off;
   off << found.translation() - truth.translation(), (found.rotation() * truth.rotation().inverse()).log();
@@ -105,6 +106,7 @@ TEST(MapChecks, ACorrectMountingIsKept) {
                 static_cast<int>(seed), 1000 * off[0], 1000 * sigma[0], 1000 * off[1], 1000 * sigma[1],
                 1000 * trajectory_errors(map.trajectory, lap.truth).rmse_m);
     EXPECT_FALSE(map.mounting_used) << seed;
+    EXPECT_TRUE(map.moved_tags.empty()) << seed;
     EXPECT_THAT(check_map(lap.input, map), Not(Contains(HasSubstr("camera mounting")))) << seed;
   }
   EXPECT_GT(tempting, 0) << "the first estimate alone is right on every lap";

@@ -163,6 +163,23 @@ TEST(MapExtension, KeepsUnobservedTagsAndFixesFrozenOnes) {
       0.03);
 }
 
+TEST(MapExtension, ReportsATagThatWasTakenAway) {
+  const BundleMap first = map_of(drive(161).input);
+  EXPECT_THAT(map_of(extending(drive(162).input, first.map)).missing_tags, ::testing::IsEmpty());
+  int reported = 0;
+  constexpr int kTags = 6;
+  for (int number = 1; number <= kTags; ++number) {
+    Lap lap = drive(162);
+    for (TagFrame& frame : lap.input.frames)
+      std::erase_if(frame.detections, [&](const TagDetection& d) { return d.tag == tag(3 * number); });
+    const BundleMap extended = map_of(extending(lap.input, first.map));
+    reported += static_cast<int>(extended.missing_tags.size());
+    for (const MissingTag& missing : extended.missing_tags) EXPECT_EQ(missing.tag, tag(3 * number));
+  }
+  std::printf("%d of %d tags that were taken away are reported\n", reported, kTags);
+  EXPECT_GE(reported, kTags - 1);
+}
+
 TEST(MapExtension, RejectsALapOfAnotherPlace) {
   TagMap elsewhere;
   Random random(5);

@@ -227,6 +227,7 @@ TEST(MapOfAPlace, AWrongMountingIsEstimatedAndUsed) {
   const BundleMap map = map_of(wrong);
   ASSERT_TRUE(map.mounting);
   EXPECT_TRUE(map.mounting_used);
+  EXPECT_TRUE(map.moved_tags.empty()) << "a wrong mounting is not explained by moved tags";
   const Eigen::Vector3d turned = (map.mounting->base_T_cam.rotation() * truth.rotation().inverse()).log();
   std::printf("2 deg off found to %.2f deg; worst tag %.1f mm\n", to_degrees(turned.norm()),
               1000 * worst_of_others(map, {}));

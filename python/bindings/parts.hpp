@@ -163,6 +163,14 @@ void parts(Like<WrongSize> auto& value, auto&& apply) {
   auto& [tag, given_m, found_m, sigma_m, deviations] = value;
   apply(tag, given_m, found_m, sigma_m, deviations);
 }
+void parts(Like<MovedTag> auto& value, auto&& apply) {
+  auto& [tag, earlier, last_before_s, first_after_s, distance_m, angle_rad] = value;
+  apply(tag, earlier, last_before_s, first_after_s, distance_m, angle_rad);
+}
+void parts(Like<MissingTag> auto& value, auto&& apply) {
+  auto& [tag, expected_images, passes, last_seen_s] = value;
+  apply(tag, expected_images, passes, last_seen_s);
+}
 void parts(Like<LoopClosure> auto& value, auto&& apply) {
   auto& [tag, away_s, way_m, before_m, before_rad, after_m] = value;
   apply(tag, away_s, way_m, before_m, before_rad, after_m);
@@ -178,12 +186,14 @@ void parts(Like<MountingEstimate> auto& value, auto&& apply) {
         focal_scale_sigma);
 }
 void parts(Like<BundleFigures> auto& value, auto&& apply) {
-  auto& [start_map, start_trajectory, iterations, rms_px, noise_ratio, wrong_sizes, size_spread,
-         correlated_frames, rejected, left_out, odometry_scales, odometry_scales_sigma, prior_agreeing,
-         moved_m, loop, mounting, mounting_used, turn_noise, turns_by_gyro, without_gyro_share] = value;
-  apply(start_map, start_trajectory, iterations, rms_px, noise_ratio, wrong_sizes, size_spread,
-        correlated_frames, rejected, left_out, odometry_scales, odometry_scales_sigma, prior_agreeing,
-        moved_m, loop, mounting, mounting_used, turn_noise, turns_by_gyro, without_gyro_share);
+  auto& [start_map, start_trajectory, iterations, rms_px, noise_ratio, wrong_sizes, moved_tags, missing_tags,
+         size_spread, correlated_frames, rejected, left_out, odometry_scales, odometry_scales_sigma,
+         prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise, turns_by_gyro,
+         without_gyro_share] = value;
+  apply(start_map, start_trajectory, iterations, rms_px, noise_ratio, wrong_sizes, moved_tags, missing_tags,
+        size_spread, correlated_frames, rejected, left_out, odometry_scales, odometry_scales_sigma,
+        prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise, turns_by_gyro,
+        without_gyro_share);
 }
 void parts(Like<MappedLap> auto& value, auto&& apply) {
   auto& [map, observations, trajectory, trajectory_covariance, route, route_repeated_m, frames,

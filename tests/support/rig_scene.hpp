@@ -118,10 +118,11 @@ inline RigScene rig_scene(const RigShape& shape = {}) {
 
 /// The problem of the scene, with every pose at the truth and every observation in use; corners have this
 /// noise.
-inline SceneMap true_scene_map(const RigScene& made, double sigma_px = 0.5) {
+inline SceneMap true_scene_map(const RigScene& made, double sigma_px = 0.5,
+                               RepeatedIds repeated = RepeatedIds::First) {
   SceneMap map{.scene = made.scene};
   map.scene.pixel_sigma_px = sigma_px;
-  map.observations = observations_of(made.recording, map.scene);
+  map.observations = observations_of(made.recording, map.scene, repeated);
   auto problem = scene_bundle(map.scene, made.recording, map.observations);
   EXPECT_TRUE(problem) << to_string(problem.error());
   map.problem = std::move(*problem);

@@ -16,7 +16,8 @@ namespace waymark::test {
 
 struct RingShape {
   int tags = 12;
-  double radius_m = 1;  ///< of the path; tags are 1.6 m outside of it
+  double radius_m = 1;     ///< of the path
+  double outside_m = 1.6;  ///< distance of the tags outside of it
   double loops = 1.1;
   double frame_m = 0.05;          ///< distance driven between frames, 0.1 s
   double stated_sigma_px = 0.05;  ///< of the covariance of the corners
@@ -47,7 +48,7 @@ inline TagMap ring_tags(const RingShape& shape) {
   TagMap map;
   for (int i = 0; i < shape.tags; ++i) {
     const double angle = 2 * std::numbers::pi * i / shape.tags;
-    const double out_m = shape.radius_m + 1.6;
+    const double out_m = shape.radius_m + shape.outside_m;
     const SE3 at = lift(SE2(out_m * std::cos(angle), out_m * std::sin(angle), angle));
     map.tags[ring_tag(i)] = {.map_T_tag = at * SE3(body_R_optical(), {0, 0, 0.2 + 0.1 * (i % 3)}),
                              .size_m = shape.tag_m};
@@ -110,6 +111,32 @@ inline RingDrive drive_ring(const RingShape& shape = {}) {
       drive.lap.frames.push_back(ring_frame(drive, shape, other, drive.truth.back(), random));
   }
   return drive;
+}
+
+/// Moves a tag in its own frame before this frame of the lap, and observes it there. `tags` then has its last
+/// pose.
+inline void move_tag(RingDrive& drive, const RingShape& shape, int number, const SE3& by, std::size_t frame) {
+  MappedTag& tag = drive.tags.tags.at(ring_tag(number));
+  tag.map_T_tag = tag.map_T_tag * by;
+  Random random(1000 + shape.seed);
+  for (std::size_t f = frame; f < drive.lap.frames.size(); ++f) {
+    const TagFrame moved =
+        ring_frame(drive, shape, {"cam", drive.lap.camera, drive.lap.base_T_cam}, drive.truth[f], random);
+    std::vector<TagDetection>& seen = drive.lap.frames[f].detections;
+    std::erase_if(seen, [&](const TagDetection& d) { return d.tag == ring_tag(number); });
+    for (const TagDetection& detection : moved.detections) {
+      if (detection.tag == ring_tag(number)) seen.push_back(detection);
+    }
+  }
+}
+
+/// Takes a tag away before this frame of the lap. Returns the number of its observations until the end.
+inline int take_tag_away(RingDrive& drive, int number, std::size_t frame) {
+  std::size_t gone = 0;
+  for (std::size_t f = frame; f < drive.lap.frames.size(); ++f)
+    gone += std::erase_if(drive.lap.frames[f].detections,
+                          [&](const TagDetection& d) { return d.tag == ring_tag(number); });
+  return static_cast<int>(gone);
 }
 
 /// The frames of the lap in order, as the mapper uses them.

@@ -59,9 +59,10 @@ def odometry(ns, x, speed, y=0, yaw=0, yaw_rate=0):
 
 
 def detections(ns, frame, tags):
-    """`tags`: {number: corners TL, TR, BR, BL with pixel centres at integers}; messages list BL, BR, TR, TL."""
+    """`tags`: {number: corners TL, TR, BR, BL with pixel centres at integers}, or pairs of both; messages list BL, BR, TR, TL."""
+    tags = list(tags.items()) if isinstance(tags, dict) else tags
     message = Message().header(ns, frame).put("I", len(tags))
-    for number, corners in tags.items():
+    for number, corners in tags:
         message.text("tag36h11").put("i", number, 0).put("f", 0, 70).put("d", *corners.mean(axis=0))
         message.put("d", *corners[[3, 2, 1, 0]].ravel(), *[0] * 9)
     return message.bytes()

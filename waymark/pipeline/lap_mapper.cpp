@@ -113,11 +113,13 @@ Trajectory along_the_floor(const MappedLap& lap) {
 }
 
 /// A message about the difference between the specified and the observed tilt of the anchor, if it is large
-/// enough to matter.
-std::string describe_lean(const TeachSetup& given, const MappedTag& anchor) {
+/// enough to matter. Empty if the anchor was moved during the lap.
+std::string describe_lean(const TeachSetup& given, const MappedLap& lap) {
   constexpr double kMinReportedTilt = to_radians(1);
-  const double lean = tilt_between(given.map_T_anchor, anchor.map_T_tag);
-  if (!given.anchor_pose_given || lean < kMinReportedTilt) return {};
+  const bool moved = lap.bundle && std::ranges::find(lap.bundle->moved_tags, given.anchor, &MovedTag::tag) !=
+                                       lap.bundle->moved_tags.end();
+  const double lean = tilt_between(given.map_T_anchor, lap.map.find(given.anchor)->map_T_tag);
+  if (moved || !given.anchor_pose_given || lean < kMinReportedTilt) return {};
   return fmt::format(
       "the anchor {} is tilted by {:.1f} deg relative to the given pose. The map is level with the floor; "
       "position and heading of the anchor are as given",
@@ -185,6 +187,8 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .rms_px = map->rms_px,
                                            .noise_ratio = map->noise_ratio,
                                            .wrong_sizes = map->wrong_sizes,
+                                           .moved_tags = map->moved_tags,
+                                           .missing_tags = map->missing_tags,
                                            .size_spread = map->size_spread,
                                            .correlated_frames = map->correlated_frames,
                                            .rejected = map->rejected.size(),
@@ -230,8 +234,7 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
   if (!lap) return lap;
   if (lap->map.find(setup.anchor) == nullptr) return lost_anchor(setup);
   if (!stance->empty()) lap->warnings.push_back(*stance);
-  if (const std::string words = describe_lean(given, *lap->map.find(setup.anchor)); !words.empty())
-    lap->warnings.push_back(words);
+  if (const std::string lean = describe_lean(given, *lap); !lean.empty()) lap->warnings.push_back(lean);
   if (options.method == MapMethod::Chain) lap->map.floor = driven_floor(lap->trajectory);
   Result<BuiltRoute> route = build_route(along_the_floor(*lap), options.route);
   if (!route) return tl::unexpected(route.error());

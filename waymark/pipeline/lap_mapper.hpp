@@ -43,8 +43,10 @@ struct BundleFigures {
   int iterations = 0;
   double rms_px = 0;
   double noise_ratio = 1;
-  std::vector<WrongSize> wrong_sizes{};  ///< tags whose given size contradicts the observations
-  double size_spread = 0;                ///< relative standard deviation of the other printed sizes
+  std::vector<WrongSize> wrong_sizes{};    ///< tags whose given size contradicts the observations
+  std::vector<MovedTag> moved_tags{};      ///< tags that were moved during the lap
+  std::vector<MissingTag> missing_tags{};  ///< tags that were taken away or hidden
+  double size_spread = 0;                  ///< relative standard deviation of the other printed sizes
   double correlated_frames = 1;  ///< number of images that count as one, because their corner errors are
                                  ///< correlated
   std::size_t rejected = 0;

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "waymark/app/common/changed_tag_fields.hpp"
+#include "waymark/app/common/duplicate_tag_fields.hpp"
 #include "waymark/app/common/job_control.hpp"
-#include "waymark/app/common/moved_tag_fields.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/app/common/wrong_size_fields.hpp"
 #include "waymark/base/fields.hpp"

@@ -6,8 +6,10 @@
 #include <optional>
 #include <set>
 
-#include "waymark/mapping/lap/lap_sizes.hpp"
+#include "waymark/mapping/lap/lap_contradictions.hpp"
 #include "waymark/mapping/lap/lost_poses.hpp"
+#include "waymark/mapping/lap/map_checks.hpp"
+#include "waymark/mapping/lap/missing_lap_tags.hpp"
 #include "waymark/mapping/lap/mounting.hpp"
 #include "waymark/mapping/lap/noise.hpp"
 #include "waymark/mapping/lap/prior_map.hpp"
@@ -77,24 +79,34 @@ void weigh_images(double correlated_frames, LapBundle& lap, BundleMap& result) {
   result.correlated_frames = correlated_frames;
 }
 
-/// Estimates the spread of printed sizes, and the sizes that the observations contradict. Returns those.
-std::vector<std::size_t> find_wrong_sizes(LapBundle& lap, const BundleMapOptions& options,
-                                          const BundleProgress& progress, BundleMap& result) {
+/// Estimates the spread of printed sizes, and finds the sizes that the observations contradict and the tags
+/// that were moved. Returns those sizes.
+std::vector<std::size_t> find_contradictions(const LapInput& input, LapBundle& lap,
+                                             const BundleMapOptions& options, const BundleProgress& progress,
+                                             BundleMap& result) {
   constexpr double kRoughGain = 1e-4;
-  if (!(result.assumed_size_spread > 0) || !result.summary.usable()) return {};
+  if (!result.summary.usable()) return {};
   const auto find = [&](double robust_chi2) {
     if (!result.summary.usable()) return;
     result.summary = solve(lap.bundle, {options.search.max_iterations, kRoughGain, robust_chi2}, progress);
   };
   if (options.estimate_noise) weigh_images(internal::correlated_frames_of(lap), lap, result);
+  const bool exact = !(result.assumed_size_spread > 0);
+  if (exact && !internal::has_contradictions(input, lap)) {
+    weigh_images(1, lap, result);
+    return {};
+  }
   if (result.correlated_frames > 1) find(0);
-  const ReleasedSizes sizes =
-      internal::release_wrong_sizes(lap, result.assumed_size_spread,
-                                    {.find = find,
-                                     .adjust = [&] { adjust_until_stable(lap, options, progress, result); },
-                                     .robust_chi2 = options.search.robust_chi2,
-                                     .noise_ratio = result.noise_ratio,
-                                     .summary = result.summary});
+  const double outlier_chi2 = options.search.outlier_chi2 / result.correlated_frames;
+  const ReleasedSizes sizes = internal::explain_contradictions(
+      input, lap, result.assumed_size_spread,
+      {.find = find,
+       .adjust = [&] { adjust_until_stable(lap, options, progress, result); },
+       .gate = [&] { gate_observations(lap.bundle, outlier_chi2); },
+       .robust_chi2 = options.search.robust_chi2,
+       .outlier_chi2 = outlier_chi2,
+       .noise_ratio = result.noise_ratio,
+       .summary = result.summary});
   result.size_spread = sizes.spread;
   lap.size_sigma = sizes.spread;
   weigh_images(1, lap, result);
@@ -119,7 +131,7 @@ std::vector<std::size_t> optimise(const LapInput& input, LapBundle& lap, const B
   if (!result.summary.usable()) return {};
   internal::repair_trajectory_jumps(input, options, search, looking, lap, result.summary);
   adjust_until_stable(lap, options, progress_of(progress, "adjusting"), result);
-  return find_wrong_sizes(lap, options, progress_of(progress, "estimating printed sizes"), result);
+  return find_contradictions(input, lap, options, progress_of(progress, "explaining contradictions"), result);
 }
 
 /// Aligns the lap with the prior map and adjusts the two together.
@@ -139,12 +151,23 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
   return tied;
 }
 
+/// Searches for contradictions again, with all tags as if none had been moved. Returns the released sizes.
+std::vector<std::size_t> search_moves_again(const LapInput& input, LapBundle& lap,
+                                            const BundleMapOptions& options, const BundleProgress& progress,
+                                            BundleMap& result) {
+  internal::join_moved_tags(lap);
+  free_sizes(result.assumed_size_spread, lap);
+  adjust_until_stable(lap, options, progress, result);
+  return find_contradictions(input, lap, options, progress, result);
+}
+
 /// Estimates the camera mounting on a copy of the problem. The estimate is adopted if it differs
 /// significantly from the assumed one and held-out observations confirm it, or if no mounting was assumed.
 /// The map and the mounting are then estimated together; parameters that the lap does not determine keep
-/// their assumed values.
-void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
-                       BundleMap& result) {
+/// their assumed values. With a wrong mounting, tags that are observed from two sides seem to have moved, so
+/// moves are then searched for again. `released`: sizes that the observations contradict.
+void consider_mounting(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
+                       const MapProgress& progress, BundleMap& result, std::vector<std::size_t>& released) {
   const BundleProgress report_progress = progress_of(progress, "estimating the camera mounting");
   const int steps = options.search.max_iterations;
   const bool asked = options.find_mounting;
@@ -165,6 +188,11 @@ void consider_mounting(LapBundle& lap, const BundleMapOptions& options, const Ma
   result.mounting = estimate_mounting(lap, steps, report_progress, assumption);
   internal::find_odometry_noise(lap, steps, report_progress);
   adjust_until_stable(lap, options, report_progress, result);
+  if (!lap.moves.empty() && !input.prior) {
+    released = search_moves_again(input, lap, options, report_progress, result);
+    result.mounting = estimate_mounting(lap, steps, report_progress, assumption);
+    adjust_until_stable(lap, options, report_progress, result);
+  }
   result.mounting = estimate_mounting(lap, steps, report_progress, assumption);
 }
 
@@ -392,7 +420,7 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   disable_unconfirmed(unconfirmed, lap);
   const std::set<TagId> without_confirmed = tags_without_confirmed_observation(input, unconfirmed, *start);
   result.unconnected.insert(result.unconnected.end(), without_confirmed.begin(), without_confirmed.end());
-  const std::vector<std::size_t> released = optimise(input, lap, options, progress, result);
+  std::vector<std::size_t> released = optimise(input, lap, options, progress, result);
   std::erase_if(result.unconnected, [&](const TagId& tag) {
     if (without_confirmed.contains(tag)) result.unconfirmed.push_back(tag);
     return without_confirmed.contains(tag);
@@ -406,7 +434,7 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   if (stopped) return internal::stopped_on_request();
   if (!result.summary.usable())
     return fail(ErrorCode::InvalidArgument, "mapping failed: " + result.summary.why);
-  consider_mounting(lap, options, progress, result);
+  consider_mounting(input, lap, options, progress, result, released);
   if (tied && options.find_mounting && result.mounting && !stopped)
     internal::spread_by_stretches(lap, *result.mounting);
   if (result.mounting_used && !result.mounting && !stopped)
@@ -449,6 +477,12 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   result.turns_by_gyro = rough.turns_by_gyro;
   result.without_gyro_share = given.imu.empty() ? 1 : rough.without_gyro_share;
   estimate_wheel_turns(given.odometry, result);
+  result.moved_tags = internal::moved_tags(input, lap, result.map);
+  const std::vector<SecondPlace> places = second_places(given, result);
+  for (const MovedTag& moved : internal::tags_moved_in_view(places, result))
+    result.moved_tags.push_back(moved);
+  result.missing_tags = internal::missing_lap_tags(input, lap, P, result);
+  internal::drop_tags_observed_elsewhere(places, result.missing_tags);
   return result;
 }
 

@@ -9,6 +9,7 @@
 #include "waymark/mapping/lap/lap_bundle.hpp"
 #include "waymark/mapping/lap/mounting.hpp"
 #include "waymark/mapping/lap/noise.hpp"
+#include "waymark/mapping/solver/changed_tags.hpp"
 #include "waymark/mapping/solver/map_search.hpp"
 #include "waymark/mapping/solver/tag_sizes.hpp"
 
@@ -59,11 +60,13 @@ struct BundleMap {
   /// No two of their observations agree, so their ids are probably misread.
   std::vector<TagId> unconfirmed{};
   int frames_without_pose = 0;
-  double noise_ratio = 1;                ///< estimated corner noise relative to the detector's covariances
-  std::vector<WrongSize> wrong_sizes{};  ///< their tags are in the map with the size that was found
-  double assumed_size_spread = 0;        ///< SearchOptions::tag_size_sigma_percent as a share
-  double size_spread = 0;                ///< relative standard deviation of the other printed sizes
-  double correlated_frames = 1;          ///< this many images count as one because corner errors persist
+  double noise_ratio = 1;                  ///< estimated corner noise relative to the detector's covariances
+  std::vector<WrongSize> wrong_sizes{};    ///< their tags are in the map with the size that was found
+  std::vector<MovedTag> moved_tags{};      ///< their last pose is in the map
+  std::vector<MissingTag> missing_tags{};  ///< expected in images that do not show them
+  double assumed_size_spread = 0;          ///< SearchOptions::tag_size_sigma_percent as a share
+  double size_spread = 0;                  ///< relative standard deviation of the other printed sizes
+  double correlated_frames = 1;            ///< this many images count as one because corner errors persist
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations of the scales; 0 without odometry
   std::optional<TurnNoise> turn_noise{};       ///< noise of the odometry as recorded

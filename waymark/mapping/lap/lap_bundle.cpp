@@ -99,12 +99,6 @@ void add_floor(const LapInput& lap, double z_m, LapBundle& result) {
   result.bundle.priors.push_back({result.floor, floor_prior(map_T_plane, is_level(lap))});
 }
 
-/// Returns 0 for the first camera, or the index of the camera in more_cameras plus one.
-std::size_t camera_index(const LapInput& lap, const std::string& name) {
-  const auto found = std::ranges::find(lap.more_cameras, name, &MountedCamera::name);
-  return found == lap.more_cameras.end() ? 0 : static_cast<std::size_t>(found - lap.more_cameras.begin()) + 1;
-}
-
 /// Cameras triggered together share a base pose.
 bool triggered_together(const TagFrame& a, const TagFrame& b) {
   return a.stamp == b.stamp && a.camera != b.camera;
@@ -124,9 +118,9 @@ void add_corners(const LapInput& lap, const LapModelOptions& options,
   if (tag == result.tags.end() || !result.bases[observation.frame]) return;
   const auto factor = corner_factor(detection, *lap.sizes.size_m(detection.tag), options.corner_sigma_px);
   if (!factor) return;
-  const std::size_t camera = camera_index(lap, lap.frames[observation.frame].camera);
-  const PoseIndex cam = camera == 0 ? result.cam : result.more_cams[camera - 1];
-  CornerTerm term{*result.bases[observation.frame], cam, result.map, tag->second, camera, *factor};
+  const std::size_t camera = internal::camera_index(lap, lap.frames[observation.frame].camera);
+  CornerTerm term{
+      *result.bases[observation.frame], result.cam_at(camera), result.map, tag->second, camera, *factor};
   term.size = result.sizes.at(detection.tag);
   result.bundle.corners.push_back(std::move(term));
   result.observations.push_back(observation);
@@ -237,6 +231,11 @@ Vote<SE3> vote_of(const TagDetection& detection, const CameraModel& camera, cons
 }
 
 }  // namespace
+
+std::size_t camera_index(const LapInput& lap, const std::string& name) {
+  const auto found = std::ranges::find(lap.more_cameras, name, &MountedCamera::name);
+  return found == lap.more_cameras.end() ? 0 : static_cast<std::size_t>(found - lap.more_cameras.begin()) + 1;
+}
 
 Vote<SE3> vote_for_place(const TagDetection& detection, const std::string& camera, const LapInput& lap,
                          const SE3& map_T_base) {

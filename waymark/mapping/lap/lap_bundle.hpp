@@ -9,6 +9,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/mapping/lap/chain.hpp"
 #include "waymark/mapping/solver/bundle.hpp"
+#include "waymark/mapping/solver/tag_moves.hpp"
 #include "waymark/pose/agreement.hpp"
 
 namespace waymark {
@@ -98,7 +99,8 @@ struct LapBundle {
   std::map<TagId, PoseIndex> tags{};
   std::map<TagId, std::size_t> sizes{};  ///< index of each tag into Bundle::sizes
   double size_sigma = 0;                 ///< BundleSize::sigma of tags that are added later
-  std::optional<PoseIndex> anchor{};     ///< the tag that defines the map frame
+  std::optional<PoseIndex> anchor{};     ///< the tag that defines the map frame, where it was at first
+  std::vector<SeparatedTag> moves{};     ///< tags that were moved; `tags` has their last poses
   /// The pose for each frame; empty if neither tags nor odometry determine it. Frames from several cameras
   /// with the same stamp share a pose.
   std::vector<std::optional<PoseIndex>> bases{};
@@ -111,6 +113,10 @@ struct LapBundle {
 
   /// All base poses, each of them once.
   [[nodiscard]] std::vector<PoseIndex> base_poses() const;
+  /// The mounting pose of a camera, by its index into Bundle::cameras.
+  [[nodiscard]] PoseIndex cam_at(std::size_t camera) const {
+    return camera == 0 ? cam : more_cams[camera - 1];
+  }
   /// Whether the tag is fixed regardless of its observations.
   [[nodiscard]] bool is_held(PoseIndex tag) const { return bundle.poses[tag].fixed || tag == anchor; }
 };
@@ -140,6 +146,10 @@ void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag,
 }  // namespace waymark
 
 namespace waymark::internal {
+
+/// Index of a frame's camera into Bundle::cameras: 0 for the first camera, then those of
+/// LapInput::more_cameras. `name`: of the camera.
+[[nodiscard]] std::size_t camera_index(const LapInput& lap, const std::string& name);
 
 /// Tag poses in the map according to a single observation from a known base pose, one for each possible pose
 /// of the tag. Empty if the observation does not determine a pose. `camera`: name of the camera.

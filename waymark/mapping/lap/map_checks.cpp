@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -27,6 +28,8 @@ using internal::Vote;
 
 constexpr int kMaxFewObservations = 3;
 constexpr double kWeakSigma = 0.05;
+/// A tag that is pushed or remounted is rarely displaced by more than this.
+constexpr double kMaxPushed_m = 1.0;
 
 const SE3* base_at(const BundleMap& map, SensorTime stamp) {
   const auto at = std::ranges::lower_bound(map.trajectory, stamp, {}, &StampedPose::stamp);
@@ -75,8 +78,15 @@ bool seen_twice_at_once(const TagId& tag, const LapInput& lap) {
   return frames >= 2;
 }
 
-/// Whether a single point in time separates the two groups, except for a few observations.
-bool apart_in_time(const std::vector<SensorTime>& here, const std::vector<SensorTime>& there) {
+/// The point in time that separates the observations in two places, except for a few.
+struct TimeOrder {
+  bool apart = false;          ///< whether there is such a point
+  bool here_is_later = false;  ///< whether the observations `here` are after it
+  SensorTime last_before{};    ///< of those before it, disregarding exceptions
+  SensorTime first_after{};    ///< of those after it
+};
+
+TimeOrder time_order(const std::vector<SensorTime>& here, const std::vector<SensorTime>& there) {
   constexpr double kMaxExceptionShare = 0.2;
   std::vector<std::pair<SensorTime, int>> both;
   both.reserve(here.size() + there.size());
@@ -87,21 +97,36 @@ bool apart_in_time(const std::vector<SensorTime>& here, const std::vector<Sensor
   const auto all_there = static_cast<int>(there.size());
   int fewest = std::min(all_here, all_there);
   int before = 0;  // number of `here` minus number of `there` so far
-  for (const auto& [stamp, which] : both) {
-    before += which;
+  TimeOrder order;
+  auto split = both.end();
+  for (auto at = both.begin(); at != both.end(); ++at) {
+    before += at->second;
     // If all of `here` should be earlier, the exceptions are those of `there` so far and those of `here` from
     // now on; otherwise, the reverse.
-    fewest = std::min({fewest, all_here - before, all_there + before});
+    const int exceptions = std::min(all_here - before, all_there + before);
+    if (exceptions >= fewest) continue;
+    fewest = exceptions;
+    split = std::next(at);
+    order.here_is_later = all_there + before == exceptions;
   }
-  return fewest < kMaxExceptionShare * std::min(all_here, all_there);
+  order.apart = fewest < kMaxExceptionShare * std::min(all_here, all_there);
+  const int earlier = order.here_is_later ? -1 : 1;
+  for (auto at = both.begin(); at != split; ++at) {
+    if (at->second == earlier) order.last_before = at->first;
+  }
+  const auto after = std::find_if(split, both.end(), [&](const auto& at) { return at.second != earlier; });
+  if (after != both.end()) order.first_after = after->first;
+  return order;
+}
+
+bool is_moved(const BundleMap& map, const TagId& tag) {
+  return std::ranges::find(map.moved_tags, tag, &MovedTag::tag) != map.moved_tags.end();
 }
 
 std::string describe(const SecondPlace& place) {
   const std::string both = fmt::format("{} was observed at two places, {:.2f} m apart ({} and {} times)",
                                        to_string(place.tag), place.distance_m, place.here, place.there);
   if (place.at_once) return both + ", also in one frame: two tags carry this id; change one of them";
-  // A tag that is pushed or remounted is rarely displaced by more than this.
-  constexpr double kMaxPushed_m = 1.0;
   if (place.one_after_the_other && place.distance_m < kMaxPushed_m)
     return both + ", one after the other: it was moved during the lap; repeat the lap with fixed tags";
   return both + ": two tags carry this id, or the tag was moved by hand; change one of them";
@@ -155,6 +180,11 @@ void check_sizes(const BundleMap& map, std::vector<std::string>& warnings) {
         fmt::format("printed sizes differ from the given ones by {:.1f} % (one sigma), assumed {:.1f} %; the "
                     "covariances contain this. Measure the black squares, or set `tag_size_sigma_percent`",
                     100 * map.size_spread, 100 * map.assumed_size_spread));
+}
+
+void check_missing(const BundleMap& map, std::vector<std::string>& warnings) {
+  for (std::string& warning : describe(map.missing_tags, [](const TagId& tag) { return to_string(tag); }))
+    warnings.push_back(std::move(warning));
 }
 
 void check_unconfirmed(const BundleMap& map, std::vector<std::string>& warnings) {
@@ -229,21 +259,43 @@ bool misread_for_another(const SecondPlace& place, const BundleMap& map) {
   });
 }
 
+/// The stamps of a tag's rejected observations, and of those that were excluded before the search.
+struct RejectedStamps {
+  std::set<SensorTime> all{};
+  std::set<SensorTime> excluded{};
+};
+
+std::map<TagId, RejectedStamps> rejected_stamps(const BundleMap& map) {
+  std::map<TagId, RejectedStamps> rejected;
+  for (const RejectedObservation& observation : map.rejected) {
+    RejectedStamps& of_tag = rejected[observation.tag];
+    of_tag.all.insert(observation.stamp);
+    if (std::isinf(observation.chi2)) of_tag.excluded.insert(observation.stamp);
+  }
+  return rejected;
+}
+
+/// Whether a place is more than a few detection errors: it has a share of the tag's observations, or these
+/// were excluded because they differ from the others.
+bool is_observed_enough(const SecondPlace& place, const std::vector<SensorTime>& stamps,
+                        const RejectedStamps& rejected) {
+  constexpr double kMinShare = 0.05;
+  constexpr int kMinExcluded = 6;  // at least eight are excluded, and most of them agree
+  const auto excluded =
+      std::ranges::count_if(stamps, [&](SensorTime stamp) { return rejected.excluded.contains(stamp); });
+  return excluded >= kMinExcluded || place.there >= kMinShare * (place.here + place.there);
+}
+
 }  // namespace
 
 std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map) {
   constexpr std::size_t kMinObservationsOfPlace = 4;
   constexpr double kMinDistance_m = 0.03;
-  // A smaller share is attributed to detection errors, which are not reported.
-  constexpr double kMinShare = 0.05;
-  std::map<TagId, std::set<SensorTime>> rejected;
-  for (const RejectedObservation& observation : map.rejected)
-    rejected[observation.tag].insert(observation.stamp);
   std::vector<SecondPlace> places;
-  for (const auto& [tag, stamps] : rejected) {
+  for (const auto& [tag, rejected] : rejected_stamps(map)) {
     const MappedTag* mapped = map.map.find(tag);
-    if (stamps.size() < kMinObservationsOfPlace || mapped == nullptr) continue;
-    const Split split = split_of(tag, *mapped, stamps, lap, map);
+    if (rejected.all.size() < kMinObservationsOfPlace || mapped == nullptr || is_moved(map, tag)) continue;
+    const Split split = split_of(tag, *mapped, rejected.all, lap, map);
     const auto agreed = agreed_place(split.there);
     if (!agreed || agreed->stamps.size() < kMinObservationsOfPlace) continue;
     SecondPlace place{.tag = tag,
@@ -252,9 +304,14 @@ std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map
                       .there = static_cast<int>(agreed->stamps.size())};
     place.distance_m = (place.map_T_tag.translation() - mapped->map_T_tag.translation()).norm();
     if (place.distance_m < kMinDistance_m || misread_for_another(place, map)) continue;
-    if (place.there < kMinShare * (place.here + place.there)) continue;
+    if (!is_observed_enough(place, agreed->stamps, rejected)) continue;
     place.at_once = seen_twice_at_once(tag, lap);
-    place.one_after_the_other = apart_in_time(surely_here(split, agreed->map_T_tag), agreed->stamps);
+    const TimeOrder order = time_order(surely_here(split, agreed->map_T_tag), agreed->stamps);
+    place.one_after_the_other = order.apart;
+    place.is_before_move = order.apart && order.here_is_later && !place.at_once &&
+                           place.distance_m < kMaxPushed_m && tag != lap.anchor;
+    place.last_before_s = to_seconds(order.last_before - lap.frames.front().stamp);
+    place.first_after_s = to_seconds(order.first_after - lap.frames.front().stamp);
     places.push_back(place);
   }
   return places;
@@ -262,18 +319,30 @@ std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map
 
 namespace {
 
-/// Reports tags that were observed in two places; if there are many of them, the camera calibration is the
-/// likely cause.
+/// The number of tags in two places, including those whose move explains this.
+std::size_t tags_in_two_places(const std::vector<SecondPlace>& places, const BundleMap& map) {
+  return places.size() + map.moved_tags.size();
+}
+
+/// Whether tags in two places have a common cause. If every place is explained by a move, they do not.
+bool are_too_many(const std::vector<SecondPlace>& places, const BundleMap& map) {
+  constexpr std::size_t kMaxReported = 4;
+  return !places.empty() && tags_in_two_places(places, map) > std::max(kMaxReported, map.map.tags.size() / 3);
+}
+
+/// Reports tags that were moved or observed in two places; if there are many of them, the camera calibration
+/// is the likely cause.
 void check_places(const LapInput& lap, const BundleMap& map, std::vector<std::string>& warnings) {
   const std::vector<SecondPlace> places = second_places(lap, map);
-  constexpr std::size_t kMaxReported = 4;
-  if (places.size() > std::max(kMaxReported, map.map.tags.size() / 3)) {
+  if (are_too_many(places, map)) {
     warnings.push_back(fmt::format(
         "{} of {} tags appear at two places: check the tag sizes, and that the calibration belongs to "
         "this camera (`waymark calibrate camera`)",
-        places.size(), map.map.tags.size()));
+        tags_in_two_places(places, map), map.map.tags.size()));
     return;
   }
+  for (const MovedTag& moved : map.moved_tags)
+    warnings.push_back(fmt::format("{}: {}", to_string(moved.tag), describe(moved)));
   for (const SecondPlace& place : places) warnings.push_back(describe(place));
 }
 
@@ -283,8 +352,9 @@ std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map) {
   std::vector<std::string> warnings;
   check_scale(lap, map, warnings);
   check_sizes(map, warnings);
-  warnings.insert(warnings.end(), map.prior_warnings.begin(), map.prior_warnings.end());
   check_places(lap, map, warnings);
+  check_missing(map, warnings);
+  warnings.insert(warnings.end(), map.prior_warnings.begin(), map.prior_warnings.end());
   check_tags(lap, map, warnings);
   check_unconfirmed(map, warnings);
   internal::check_observations(lap, map, warnings);
@@ -400,7 +470,7 @@ struct Visit {
 };
 using Visits = std::map<TagId, std::vector<Visit>>;
 
-/// The observations in use of each tag in the map, in chronological order.
+/// The observations in use of each tag in the map that was not moved, in chronological order.
 Visits visits_of(const LapInput& lap, const BundleMap& map) {
   std::set<std::pair<SensorTime, TagId>> rejected;
   for (const RejectedObservation& observation : map.rejected)
@@ -410,7 +480,7 @@ Visits visits_of(const LapInput& lap, const BundleMap& map) {
     const auto base = std::ranges::lower_bound(map.trajectory, frame.stamp, {}, &StampedPose::stamp);
     if (base == map.trajectory.end() || base->stamp != frame.stamp) continue;
     for (const TagDetection& seen : frame.detections) {
-      if (usable_corners(seen) && map.map.find(seen.tag) != nullptr &&
+      if (usable_corners(seen) && map.map.find(seen.tag) != nullptr && !is_moved(map, seen.tag) &&
           !rejected.contains({frame.stamp, seen.tag}))
         visits[seen.tag].push_back({&seen, &frame, &*base});
     }
@@ -485,6 +555,21 @@ std::optional<LoopClosure> loop_closure(const LapInput& lap, const BundleMap& ma
 }  // namespace waymark
 
 namespace waymark::internal {
+
+std::vector<MovedTag> tags_moved_in_view(const std::vector<SecondPlace>& places, const BundleMap& map) {
+  if (are_too_many(places, map)) return {};
+  std::vector<MovedTag> moved;
+  for (const SecondPlace& place : places) {
+    if (!place.is_before_move) continue;
+    const SE3 change = place.map_T_tag.inverse() * map.map.tags.at(place.tag).map_T_tag;
+    moved.push_back({.tag = place.tag,
+                     .last_before_s = place.last_before_s,
+                     .first_after_s = place.first_after_s,
+                     .distance_m = change.translation().norm(),
+                     .angle_rad = change.rotation().angle()});
+  }
+  return moved;
+}
 
 void check_regions(const BundleMap& map, std::vector<std::string>& warnings) {
   constexpr std::array<const char*, 9> kNames = {

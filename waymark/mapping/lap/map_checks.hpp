@@ -22,9 +22,16 @@ struct SecondPlace {
   bool at_once = false;   ///< both poses occur in one frame, so two tags have this id
   /// All observations in one place are earlier than those in the other, because the tag was moved.
   bool one_after_the_other = false;
+  /// The tag was pushed or remounted nearby, and the map has its last place. False for the anchor, because
+  /// its given pose applies to the time before the move.
+  bool is_before_move = false;
+  /// If one after the other, the last observation in the earlier and the first one in the later place, since
+  /// the first frame.
+  double last_before_s = 0, first_after_s = 0;
 };
 
-/// The tags that were observed in two places during a lap. O(rejected observations).
+/// The tags that were observed in two places during a lap, except for BundleMap::moved_tags. A small share of
+/// a tag's observations is a place only if these were excluded before the search. O(rejected observations).
 [[nodiscard]] std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map);
 
 /// Warnings about a map, one sentence each. They concern tag sizes that are inconsistent with odometry or
@@ -62,6 +69,12 @@ struct LoopClosure {
 
 /// Parts of check_map().
 namespace internal {
+
+/// Of the tags with two places, those that were moved and have their last place in the map. Most of them were
+/// moved in view of the camera, so that their observations before the move were excluded from the start.
+/// Empty if there are so many second places that they have another cause, which check_map() reports.
+[[nodiscard]] std::vector<MovedTag> tags_moved_in_view(const std::vector<SecondPlace>& places,
+                                                       const BundleMap& map);
 
 /// Reports how many observations are inconsistent with the others, why, and which tags they belong to.
 void check_observations(const LapInput& lap, const BundleMap& map, std::vector<std::string>& warnings);

@@ -90,6 +90,40 @@ TEST(MapCheck, ReportsWrongSizesAndTheirSpread) {
   expect_on_map_page(check_map(drive.lap, map));
 }
 
+TEST(MapCheck, ReportsMovedAndMissingTags) {
+  const RingDrive drive = drive_ring();
+  BundleMap map = true_map(drive);
+  map.moved_tags = {{.tag = ring_tag(3),
+                     .last_before_s = 4.2,
+                     .first_after_s = 12.7,
+                     .distance_m = 0.2,
+                     .angle_rad = to_radians(5)}};
+  map.missing_tags = {
+      {.tag = ring_tag(4), .expected_images = 31, .passes = 2, .last_seen_s = 5.4},
+      {.tag = ring_tag(5), .expected_images = 12, .passes = 1},
+  };
+  EXPECT_THAT(check_map(drive.lap, map),
+              ElementsAre(AllOf(HasSubstr("tag36h11:3"), HasSubstr("0.200 m"), HasSubstr("5.0 deg"),
+                                HasSubstr("4.2 s"), HasSubstr("12.7 s")),
+                          AllOf(HasSubstr("tag36h11:4"), HasSubstr("31 images"), HasSubstr("5.4 s")),
+                          AllOf(HasSubstr("tag36h11:5"), HasSubstr("12 images"))));
+  expect_on_map_page(check_map(drive.lap, map));
+  map.missing_tags.assign(6, {.tag = ring_tag(4), .expected_images = 31, .passes = 2});
+  EXPECT_THAT(check_map(drive.lap, map), ::testing::SizeIs(2)) << "many missing tags have one cause";
+  expect_on_map_page({check_map(drive.lap, map).back()});
+}
+
+TEST(MapCheck, AMovedTagHasNoSecondPlaceAndDoesNotCloseTheLoop) {
+  const test::RingShape shape{.loops = 2};
+  RingDrive drive = drive_ring(shape);
+  BundleMap map;
+  show_elsewhere(drive, shape, 5, {0.2, 0.15, 0}, drive.truth.size() / 2, drive.truth.size(), map);
+  ASSERT_EQ(second_places(drive.lap, map).size(), 1U);
+  for (int number = 0; number < 12; ++number) map.moved_tags.push_back({.tag = ring_tag(number)});
+  EXPECT_THAT(second_places(drive.lap, map), IsEmpty());
+  EXPECT_FALSE(loop_closure(drive.lap, map));
+}
+
 TEST(MapCheck, DistinguishesAMovedTagFromDuplicateTags) {
   const test::RingShape shape{.loops = 2};
   RingDrive drive = drive_ring(shape);
@@ -149,6 +183,69 @@ TEST(MapCheck, ReportsTheCameraIfManyTagsAppearTwice) {
   EXPECT_THAT(warnings, Contains(AllOf(HasSubstr("6 of 12"), HasSubstr("`waymark calibrate camera`"))));
   EXPECT_THAT(warnings, Not(Contains(HasSubstr("two places, "))));
   expect_on_map_page(warnings);
+}
+
+/// A drive on which some tags were elsewhere in the first half, and its map, which has their last places.
+struct TagsMovedByHalf {
+  RingDrive drive = drive_ring({.loops = 2});
+  BundleMap map{};
+
+  explicit TagsMovedByHalf(int first, int last) {
+    const std::size_t half = drive.truth.size() / 2;
+    for (int number = first; number <= last; ++number)
+      show_elsewhere(drive, {.loops = 2}, number, {0.2, 0.15, 0}, 0, half, map);
+    map = true_map(drive);
+    for (int number = first; number <= last; ++number) test::reject(drive, ring_tag(number), 0, half, map);
+  }
+  [[nodiscard]] std::vector<MovedTag> moved_tags() const {
+    return internal::tags_moved_in_view(second_places(drive.lap, map), map);
+  }
+};
+
+TEST(MapCheck, ManyTagsInTwoPlacesAreNotMovedTags) {
+  EXPECT_THAT(TagsMovedByHalf(1, 4).moved_tags(), ::testing::SizeIs(4));
+  TagsMovedByHalf many(1, 6);
+  EXPECT_THAT(many.moved_tags(), IsEmpty());
+  const auto warnings = check_map(many.drive.lap, many.map);
+  EXPECT_THAT(warnings, Contains(AllOf(HasSubstr("6 of 12"), HasSubstr("`waymark calibrate camera`"))));
+  EXPECT_THAT(warnings, Not(Contains(HasSubstr("two places, "))));
+  expect_on_map_page(warnings);
+  TagsMovedByHalf some(1, 3);
+  some.map.moved_tags = {{.tag = ring_tag(9)}, {.tag = ring_tag(10)}};
+  EXPECT_THAT(some.moved_tags(), IsEmpty()) << "the search already found others";
+  EXPECT_THAT(check_map(some.drive.lap, some.map), Contains(HasSubstr("5 of 12")));
+  EXPECT_THAT(check_map(some.drive.lap, some.map), Not(Contains(HasSubstr("moved by"))));
+}
+
+TEST(MapCheck, AnAnchorInTwoPlacesIsReportedAsSuch) {
+  const TagsMovedByHalf of_anchor(0, 0);
+  EXPECT_THAT(of_anchor.moved_tags(), IsEmpty()) << "its given pose applies to the earlier place";
+  const auto places = second_places(of_anchor.drive.lap, of_anchor.map);
+  ASSERT_EQ(places.size(), 1U);
+  EXPECT_EQ(places[0].tag, ring_tag(0));
+  EXPECT_TRUE(places[0].one_after_the_other);
+}
+
+TEST(MapCheck, ASmallShareIsAPlaceIfItWasExcludedBeforeTheSearch) {
+  const test::RingShape shape{.loops = 2, .frame_m = 0.0125};
+  RingDrive drive = drive_ring(shape);
+  std::size_t end = drive.truth.size();
+  const auto shows = [&](std::size_t f) {
+    return std::ranges::count(drive.lap.frames[f].detections, ring_tag(5), &TagDetection::tag) > 0;
+  };
+  while (!shows(end - 1)) --end;
+  end -= 16;  // at the end of the pass, the other place is outside of the image
+  for (std::size_t f = end; f < drive.truth.size(); ++f)
+    std::erase_if(drive.lap.frames[f].detections, [](const TagDetection& d) { return d.tag == ring_tag(5); });
+  BundleMap map;
+  show_elsewhere(drive, shape, 5, {0.1, 0.08, 0}, end - 8, end, map);
+  ASSERT_EQ(map.rejected.size(), 8U);
+  const auto places = second_places(drive.lap, map);
+  ASSERT_EQ(places.size(), 1U);
+  EXPECT_LT(places[0].there, 0.05 * (places[0].here + places[0].there));
+  EXPECT_TRUE(places[0].one_after_the_other);
+  for (RejectedObservation& observation : map.rejected) observation.chi2 = 1e6;
+  EXPECT_THAT(second_places(drive.lap, map), IsEmpty()) << "detection errors";
 }
 
 TEST(MapCheck, ReportsTagsWithFewObservationsOrALargeSigma) {

@@ -92,6 +92,7 @@ TagMap tags_of(const LapBundle& lap, const TagMap& prior) {
 void move_all(const SE3& new_T_old, LapBundle& lap) {
   const auto move = [&](PoseIndex i) { lap.bundle.poses[i].value = new_T_old * lap.bundle.poses[i].value; };
   for (const auto& [id, pose] : lap.tags) move(pose);
+  for (const SeparatedTag& tag : lap.moves) move(tag.earlier);
   for (const PoseIndex base : lap.base_poses()) move(base);
   move(lap.floor);
   for (PriorTerm& term : lap.bundle.priors) {
@@ -118,6 +119,7 @@ void add_places(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
 void use_prior_floor(const LapPrior& prior, LapBundle& lap) {
   std::set<PoseIndex> tags;
   for (const auto& [id, pose] : lap.tags) tags.insert(pose);
+  for (const SeparatedTag& tag : lap.moves) tags.insert(tag.earlier);
   std::erase_if(lap.bundle.priors, [&](const PriorTerm& term) { return tags.contains(term.pose); });
   lap.anchor.reset();
   if (!prior.map.floor.covariance) return;
@@ -185,6 +187,7 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   for (const auto& [id, index] : lap.tags) {
     if (std::ranges::find(tied.agreeing, id) == tied.agreeing.end()) lap.bundle.poses[index].fixed = false;
   }
+  for (const SeparatedTag& tag : lap.moves) lap.bundle.poses[tag.earlier].fixed = false;
   return tied;
 }
 
@@ -237,13 +240,21 @@ std::string contradiction(const TagId& tag, const SE3& now, const SE3& before) {
       to_degrees((now.rotation().inverse() * before.rotation()).angle()));
 }
 
+/// Whether a tag was moved during the lap, which is reported separately.
+bool was_moved_in_lap(const LapBundle& lap, const TagId& tag) {
+  const auto pose = lap.tags.find(tag);
+  return pose != lap.tags.end() &&
+         std::ranges::find(lap.moves, pose->second, &SeparatedTag::later) != lap.moves.end();
+}
+
 void write_messages(const LapPrior& prior, const LapBundle& lap, TiedPrior& tied) {
   tied.warnings.clear();
   for (const ComparedTag& compared : tied.comparison.tags) {
     if (compared.change == TagChange::Swapped && compared.tag < *compared.with)
       tied.warnings.push_back(fmt::format("{} and {} are swapped compared with the map to be extended",
                                           to_string(compared.tag), to_string(*compared.with)));
-    if (std::ranges::find(tied.moved, compared.tag) != tied.moved.end())
+    const bool moved = std::ranges::find(tied.moved, compared.tag) != tied.moved.end();
+    if (moved && !was_moved_in_lap(lap, compared.tag))
       tied.warnings.push_back(contradiction(compared.tag, lap.bundle.poses[lap.tags.at(compared.tag)].value,
                                             prior.map.find(compared.tag)->map_T_tag));
   }

@@ -170,15 +170,16 @@ std::optional<std::size_t> jump_of(const WheelSite& site) {
   return jump;
 }
 
+/// Splits sites until none of their parts jumps.
 void split_at_jumps(std::vector<WheelSite>& sites) {
   for (std::size_t i = 0; i < sites.size(); ++i) {
-    const auto jump = jump_of(sites[i]);
-    if (!jump) continue;
-    auto& seen = sites[i].seen;
-    const auto at = seen.begin() + static_cast<std::ptrdiff_t>(*jump);
-    WheelSite after{.seen = {at, seen.end()}};
-    seen.erase(at, seen.end());
-    sites.push_back(std::move(after));
+    while (const auto jump = jump_of(sites[i])) {
+      auto& seen = sites[i].seen;
+      const auto at = seen.begin() + static_cast<std::ptrdiff_t>(*jump);
+      WheelSite after{.seen = {at, seen.end()}};
+      seen.erase(at, seen.end());
+      sites.push_back(std::move(after));
+    }
   }
 }
 
@@ -220,37 +221,63 @@ using Sites = std::map<TagId, std::vector<WheelSite>>;
 constexpr std::size_t kMinObservationsOfASite = 8;  // a smaller number is attributed to misread ids
 constexpr double kSoon_m = 0.5;  // over this distance, odometry is accurate to a centimetre
 
-/// How the observations of one of a tag's sites are related in time to those of its main site.
+/// How the observations of a site are related in time to those of another site of the tag.
 enum class Second : std::uint8_t { ByTurns, Jumped, Later };
 
-struct DuplicateTag {
-  const WheelSite* site = nullptr;
+/// A site of a tag beside its main one. Sites are indices into DividedTag::sites.
+struct SecondSite {
+  std::size_t site = 0;
+  std::size_t other = 0;  ///< the main site or a neighbour in time, whichever is related more closely
   Second how = Second::Later;
-  double driven_m = 0;  ///< distance driven at the time of the jump
+  double driven_m = 0;    ///< distance driven at the time of the jump
+  bool accepted = false;  ///< whether the tag is elsewhere there
+};
+
+/// A tag with several sites.
+struct DividedTag {
+  TagId tag{};
+  bool is_anchor = false;
+  std::vector<const WheelSite*> sites{};  ///< in the order of their ends, those of the anchor of their starts
+  std::size_t main = 0;                   ///< the site with the most observations
+  std::vector<SecondSite> seconds{};
 };
 
 /// Counts how often the observations of two sites, in chronological order, change from one site to the other
 /// within a short distance.
-DuplicateTag compare(const WheelSite& main, const WheelSite& other) {
+SecondSite compare(const DividedTag& tag, std::size_t site, std::size_t other) {
   constexpr int kMinAlternations = 4;
-  DuplicateTag second{.site = &other};
+  SecondSite second{.site = site, .other = other};
+  const std::vector<WheelObservation>& seen_here = tag.sites[site]->seen;
+  const std::vector<WheelObservation>& seen_there = tag.sites[other]->seen;
   int turns = 0;
   const WheelObservation* last = nullptr;
-  bool last_of_main = false;
-  auto a = main.seen.begin();
-  auto b = other.seen.begin();
-  while (a != main.seen.end() || b != other.seen.end()) {
-    const bool of_main = b == other.seen.end() || (a != main.seen.end() && a->index < b->index);
-    const WheelObservation& now = of_main ? *a++ : *b++;
-    if (last != nullptr && of_main != last_of_main && now.driven_m - last->driven_m < kSoon_m) {
+  bool last_is_here = false;
+  auto a = seen_here.begin();
+  auto b = seen_there.begin();
+  while (a != seen_here.end() || b != seen_there.end()) {
+    const bool is_here = b == seen_there.end() || (a != seen_here.end() && a->index < b->index);
+    const WheelObservation& now = is_here ? *a++ : *b++;
+    if (last != nullptr && is_here != last_is_here && now.driven_m - last->driven_m < kSoon_m) {
       ++turns;
       second.driven_m = now.driven_m;
     }
     last = &now;
-    last_of_main = of_main;
+    last_is_here = is_here;
   }
   if (turns > 0) second.how = turns < kMinAlternations ? Second::Jumped : Second::ByTurns;
   return second;
+}
+
+/// A tag that was moved more than once jumps between sites that need not be the main one.
+SecondSite second_site(const DividedTag& tag, std::size_t site) {
+  SecondSite closest = compare(tag, site, tag.main);
+  const auto consider = [&](std::size_t other) {
+    const SecondSite beside = compare(tag, site, other);
+    if (beside.how < closest.how) closest = beside;
+  };
+  if (site > 0) consider(site - 1);
+  if (site + 1 < tag.sites.size()) consider(site + 1);
+  return closest;
 }
 
 /// Whether a site was observed both just before and just after this point of the drive.
@@ -269,24 +296,42 @@ std::size_t main_of(const std::vector<WheelSite>& sites) {
       std::ranges::max_element(sites, {}, [](const WheelSite& s) { return s.seen.size(); }) - sites.begin());
 }
 
-std::vector<DuplicateTag> duplicate_tags_of(const Sites& all) {
-  std::vector<DuplicateTag> result;
-  for (const auto& [tag, sites] : all) {
-    if (sites.empty()) continue;
-    const std::size_t main = main_of(sites);
-    for (std::size_t i = 0; i < sites.size(); ++i) {
-      if (i != main && sites[i].seen.size() >= kMinObservationsOfASite)
-        result.push_back(compare(sites[main], sites[i]));
-    }
+/// The sites in the order of their ends, or of their starts. The first and the last few observations of a
+/// site do not count, because they may belong to another one.
+std::vector<const WheelSite*> in_order(const std::vector<WheelSite>& sites, bool by_starts) {
+  constexpr std::size_t kExceptions = kMinObservationsOfASite / 2;
+  std::vector<const WheelSite*> ordered;
+  for (const WheelSite& site : sites) {
+    if (site.seen.size() >= kMinObservationsOfASite) ordered.push_back(&site);
   }
-  return result;
+  std::ranges::stable_sort(ordered, {}, [&](const WheelSite* site) {
+    return site->seen[by_starts ? kExceptions - 1 : site->seen.size() - kExceptions].index;
+  });
+  return ordered;
+}
+
+std::vector<DividedTag> divided_tags(const Sites& all, const TagId& anchor) {
+  std::vector<DividedTag> tags;
+  for (const auto& [id, sites] : all) {
+    DividedTag tag{.tag = id, .is_anchor = id == anchor, .sites = in_order(sites, id == anchor)};
+    if (tag.sites.size() < 2) continue;
+    const auto main =
+        std::ranges::max_element(tag.sites, {}, [](const auto* site) { return site->seen.size(); });
+    tag.main = static_cast<std::size_t>(main - tag.sites.begin());
+    for (std::size_t i = 0; i < tag.sites.size(); ++i) {
+      if (i != tag.main) tag.seconds.push_back(second_site(tag, i));
+    }
+    tags.push_back(std::move(tag));
+  }
+  return tags;
 }
 
 /// Whether, at the time of the jump, more tags were stationary than jumped.
-bool alone_in_jumping(const DuplicateTag& jumped, const std::vector<DuplicateTag>& seconds,
-                      const Sites& all) {
-  const auto jumps = std::ranges::count_if(seconds, [&](const DuplicateTag& other) {
-    return other.how == Second::Jumped && std::abs(other.driven_m - jumped.driven_m) < kSoon_m;
+bool alone_in_jumping(const SecondSite& jumped, const std::vector<DividedTag>& tags, const Sites& all) {
+  const auto jumps = std::ranges::count_if(tags, [&](const DividedTag& tag) {
+    return std::ranges::any_of(tag.seconds, [&](const SecondSite& other) {
+      return other.how == Second::Jumped && std::abs(other.driven_m - jumped.driven_m) < kSoon_m;
+    });
   });
   const auto still = std::ranges::count_if(all, [&](const auto& of_tag) {
     return std::ranges::any_of(of_tag.second,
@@ -304,23 +349,90 @@ std::ptrdiff_t found_again(const Sites& all) {
   });
 }
 
+/// Decides which sites are places where the tag is not.
+void accept(const Sites& all, std::vector<DividedTag>& tags) {
+  std::ptrdiff_t later = 0;
+  for (const DividedTag& tag : tags)
+    later += std::ranges::count(tag.seconds, Second::Later, &SecondSite::how);
+  const bool wheels_are_right = later <= found_again(all);
+  for (DividedTag& tag : tags) {
+    for (SecondSite& second : tag.seconds)
+      second.accepted = second.how == Second::ByTurns ||
+                        (second.how == Second::Jumped && alone_in_jumping(second, tags, all)) ||
+                        (second.how == Second::Later && wheels_are_right);
+  }
+}
+
+/// Whether a tag jumped. If it also alternates between two places, there are two tags.
+bool was_moved(const DividedTag& tag) {
+  const auto any = [&](Second how) {
+    return std::ranges::any_of(
+        tag.seconds, [&](const SecondSite& second) { return second.accepted && second.how == how; });
+  };
+  return any(Second::Jumped) && !any(Second::ByTurns);
+}
+
+/// A range of DividedTag::sites.
+struct SiteRange {
+  std::size_t from = 0, to = 0;
+  [[nodiscard]] bool contains(std::size_t site) const { return site >= from && site < to; }
+};
+
+/// The sites of a moved tag after its last move. Those of the anchor before its first move, because its given
+/// pose applies to that time.
+SiteRange place_to_keep(const DividedTag& tag) {
+  SiteRange keep{0, tag.sites.size()};
+  for (const SecondSite& second : tag.seconds) {
+    if (!second.accepted) continue;
+    if (tag.is_anchor)
+      keep.to = std::min(keep.to, std::min(second.site, second.other) + 1);
+    else
+      keep.from = std::max(keep.from, std::max(second.site, second.other));
+  }
+  return keep;
+}
+
+/// Whether a place has so many observations that those of all other places may be excluded for it. A few poor
+/// poses where a tag leaves the image can look like a jump.
+bool is_well_observed(const DividedTag& tag, const SiteRange& place) {
+  constexpr std::size_t kMinObservations = 12;
+  constexpr double kMinShare = 0.2;  // of the observations of the main site
+  std::size_t observations = 0;
+  for (std::size_t i = place.from; i < place.to; ++i) observations += tag.sites[i]->seen.size();
+  return observations >= kMinObservations ||
+         static_cast<double>(observations) >=
+             kMinShare * static_cast<double>(tag.sites[tag.main]->seen.size());
+}
+
+std::vector<const WheelSite*> sites_to_exclude(const DividedTag& tag) {
+  std::vector<const WheelSite*> excluded;
+  const SiteRange keep = place_to_keep(tag);
+  if (was_moved(tag) && is_well_observed(tag, keep)) {
+    for (std::size_t i = 0; i < tag.sites.size(); ++i) {
+      if (!keep.contains(i)) excluded.push_back(tag.sites[i]);
+    }
+    return excluded;
+  }
+  for (const SecondSite& second : tag.seconds) {
+    if (second.accepted) excluded.push_back(tag.sites[second.site]);
+  }
+  return excluded;
+}
+
 }  // namespace
 
 std::vector<ObservationIndex> observations_of_duplicate_tags(const LapInput& lap,
                                                              const std::vector<ObservedFrame>& observed) {
   const Sites all = wheel_sites(lap, observed);
-  const std::vector<DuplicateTag> seconds = duplicate_tags_of(all);
-  const auto later = std::ranges::count(seconds, Second::Later, &DuplicateTag::how);
-  const bool wheels_are_right = later <= found_again(all);
-  std::vector<ObservationIndex> result;
-  for (const DuplicateTag& second : seconds) {
-    const bool accepted = second.how == Second::ByTurns ||
-                          (second.how == Second::Jumped && alone_in_jumping(second, seconds, all)) ||
-                          (second.how == Second::Later && wheels_are_right);
-    if (!accepted) continue;
-    for (const WheelObservation& observation : second.site->seen) result.push_back(observation.index);
+  std::vector<DividedTag> tags = divided_tags(all, lap.anchor);
+  accept(all, tags);
+  std::set<ObservationIndex> result;
+  for (const DividedTag& tag : tags) {
+    for (const WheelSite* site : sites_to_exclude(tag)) {
+      for (const WheelObservation& observation : site->seen) result.insert(observation.index);
+    }
   }
-  return result;
+  return {result.begin(), result.end()};
 }
 
 LapInput without(const LapInput& lap, const std::vector<ObservationIndex>& observations) {

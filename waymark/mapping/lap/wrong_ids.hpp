@@ -35,23 +35,26 @@ struct WheelSite {
 
 /// The sites of each id. A tag is followed from observation to observation. After a gap, it is assigned to
 /// the nearest site that is within the possible odometry drift since then. A site whose observations jump
-/// between frames is split in two. Isolated observations, such as those of misread ids, have no site. Empty
+/// between frames is split there. Isolated observations, such as those of misread ids, have no site. Empty
 /// without odometry. `observed`: the frames of the lap, in order. O(observations * sites per tag).
 [[nodiscard]] std::map<TagId, std::vector<WheelSite>> wheel_sites(const LapInput& lap,
                                                                   const std::vector<ObservedFrame>& observed);
 
-/// Observations of an id that are in a different place than most of its observations, according to odometry
-/// alone. Either two tags have this id, or the tag was moved in view of the camera. The observations must be
+/// Observations of an id that are elsewhere than the tag that the map shows, according to odometry alone.
+/// Either two tags have this id, or the tag was moved in view of the camera. The observations must be
 /// excluded before anything is placed, because a frame that confuses the two places is lost with all its
 /// observations.
 ///
-/// - If the id alternates between two places, there are two tags, whatever odometry indicates.
+/// - If the id alternates between two places, there are two tags, whatever odometry indicates. The place with
+///   the most observations remains.
 /// - If it changes its place from one frame to the next, the tag was moved, unless most tags in view jumped,
-/// too.
+///   too. Its last place remains, however often it was moved. For the anchor, the first one remains, because
+///   LapInput::map_T_anchor applies to it. If that place has only a few observations, they may be poor ones.
+///   The place with the most observations then remains.
 /// - If it is in another place later, odometry is decisive, unless it indicates two places for more tags than
-/// it finds again in one place.
+///   it finds again in one place. The place with the most observations remains.
 ///
-/// Empty without odometry. `observed`: the frames, in order. O(observations).
+/// Empty without odometry. `observed`: the frames, in order. O(observations * sites per tag).
 [[nodiscard]] std::vector<ObservationIndex> observations_of_duplicate_tags(
     const LapInput& lap, const std::vector<ObservedFrame>& observed);
 /// A copy of the lap without these observations.

@@ -125,8 +125,63 @@ TEST(DuplicateTags, ATagMovedInView) {
   drive.move(tag(8), moment, kFrames, {0.1, 0.08});
   const auto second = drive.second();
   EXPECT_EQ(static_cast<int>(second.size()), drive.observations(tag(8), 0, moment))
-      << "the part with fewer observations";
+      << "those before the move";
   EXPECT_TRUE(std::ranges::all_of(second, [&](const auto& index) { return index.frame < 200; }));
+}
+
+/// The excluded observations are those of the tag in the frames [from, to).
+void expect_excluded(const Drive& drive, const TagId& which, int from, int to) {
+  const auto second = drive.second();
+  EXPECT_EQ(static_cast<int>(second.size()), drive.observations(which, from, to));
+  for (const auto& [frame, detection] : second) {
+    EXPECT_GE(static_cast<int>(frame), from);
+    EXPECT_LT(static_cast<int>(frame), to);
+    EXPECT_EQ(drive.lap.frames[frame].detections[detection].tag, which);
+  }
+}
+
+// Tag 8 is visible in frames 125 to 275 on the outward drive, and 625 to 775 on the way back.
+TEST(DuplicateTags, AnAnchorMovedInViewRemainsAtItsFirstPlace) {
+  for (const int moment : {200, 700}) {
+    SCOPED_TRACE(moment);
+    Drive drive;
+    drive.lap.anchor = tag(8);
+    drive.move(tag(8), moment, kFrames, {0.2, 0.15});
+    expect_excluded(drive, tag(8), moment, kFrames);
+  }
+}
+
+TEST(DuplicateTags, ATagMovedTwiceInViewRemainsAtItsLastPlace) {
+  for (const int second : {670, 700}) {  // less and more than half a metre after the first move
+    SCOPED_TRACE(second);
+    Drive drive;
+    drive.move(tag(8), 650, kFrames, {0.2, 0.15});
+    drive.move(tag(8), second, kFrames, {0.24, 0.18});
+    expect_excluded(drive, tag(8), 0, second);
+    drive.lap.anchor = tag(8);
+    expect_excluded(drive, tag(8), 650, kFrames);
+  }
+}
+
+TEST(DuplicateTags, ATagMovedAndPutBackInView) {
+  Drive drive;
+  drive.move(tag(8), 660, 700, {0.2, 0.15});
+  expect_excluded(drive, tag(8), 660, 700);
+  drive.lap.anchor = tag(8);
+  expect_excluded(drive, tag(8), 660, 700);
+}
+
+TEST(DuplicateTags, AFewObservationsDoNotReplaceAllOthers) {
+  Drive last;
+  last.move(tag(8), 767, kFrames, {0.24, 0.18});
+  expect_excluded(last, tag(8), 767, kFrames);
+  Drive more;
+  more.move(tag(8), 750, kFrames, {0.24, 0.18});
+  expect_excluded(more, tag(8), 0, 750);
+  Drive first;
+  first.lap.anchor = tag(8);
+  first.move(tag(8), 0, 134, {0.24, 0.18});
+  expect_excluded(first, tag(8), 0, 134);
 }
 
 TEST(DuplicateTags, IfAllTagsJumpItIsOdometry) {

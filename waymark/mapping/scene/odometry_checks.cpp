@@ -314,6 +314,8 @@ bool contradicts_odometry(const SceneMap& map, double outlier_chi2) {
 
 namespace {
 
+constexpr double kNumbersOfCorners = 8;
+
 /// The cost of contradicted spans, in rejected observations.
 double cost_of_contradicted(const std::vector<double>& chi2) {
   constexpr double kFirst = 25;
@@ -338,11 +340,11 @@ double cost_of_contradicted(const std::vector<double>& chi2) {
 
 }  // namespace
 
+double cost_of_rejected(double outlier_chi2) { return (outlier_chi2 - kNumbersOfCorners) / 2; }
+
 double cost_of_explanation(const SceneMap& map, const ExplanationOptions& options) {
-  constexpr double kCorners = 8;
   constexpr double kComponents = 6;
-  constexpr int kMaxOfTag = 20;
-  const double of_rejected = (options.outlier_chi2 - kCorners) / 2;
+  const double of_rejected = cost_of_rejected(options.outlier_chi2);
   std::vector<double> of_spans = chi2_of_spans(map, odometry_spans(map));
   double sum = 0;
   for (double& chi2 : of_spans) {
@@ -356,11 +358,11 @@ double cost_of_explanation(const SceneMap& map, const ExplanationOptions& option
     const CornerTerm& term = map.problem.bundle.corners[i];
     const double x = chi2[i] / (options.corner_ratio * options.corner_ratio);
     if (map.is_placed(term) && x < options.outlier_chi2)
-      sum += (x - kCorners) / 2;
+      sum += (x - kNumbersOfCorners) / 2;
     else
       ++rejected[term.tag];
   }
-  for (const auto& [tag, count] : rejected) sum += std::min(count, kMaxOfTag) * of_rejected;
+  for (const auto& [tag, count] : rejected) sum += std::min(count, kMaxRejectedOfTag) * of_rejected;
   return sum;
 }
 

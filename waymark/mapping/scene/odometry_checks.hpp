@@ -42,12 +42,18 @@ struct ExplanationOptions {
   bool trusts_odometry = false;
 };
 
+/// Rejected observations of one tag cost no more than this number, because the tag may have been moved, or
+/// another tag may have its id.
+inline constexpr int kMaxRejectedOfTag = 20;
+
+/// The cost of one rejected observation.
+[[nodiscard]] double cost_of_rejected(double outlier_chi2);
+
 /// Half the excess of chi-square over its expected value. Rejected observations of one tag cost no more than
-/// 20 of them, because such a tag may have been moved, or another tag may have its number. Unless odometry is
-/// trusted, spans that contradict the observations cost as much as 25 of them, so one tag cannot refute
-/// odometry, but two can. A second such time costs as much as 75, because two motions that
-/// return to the same place may be tags of the same number. Each further one costs 20. Spans that follow each
-/// other closely, as during a slip, cost 2 each.
+/// kMaxRejectedOfTag of them. Unless odometry is trusted, spans that contradict the observations cost as much
+/// as 25 of them, so one tag cannot refute odometry, but two can. A second such time costs as much as 75,
+/// because two motions that return to the same place may be tags of the same number. Each further one
+/// costs 20. Spans that follow each other closely, as during a slip, cost 2 each.
 [[nodiscard]] double cost_of_explanation(const SceneMap& map, const ExplanationOptions& options);
 
 /// Spans before and after some frames may contradict the observations, although the odometry from the first

@@ -100,6 +100,7 @@ TEST(OdometryChecks, RejectOneWrongMotion) {
       EXPECT_LT(outcome.mean_m, 2 * without.mean_m + 0.005);
       EXPECT_LT(errors.worst_sigmas, 5);
       EXPECT_TRUE(map.wrong_sizes.empty());
+      EXPECT_THAT(map.duplicate_tags, IsEmpty());
       ASSERT_EQ(map.rejected_odometry.size(), 1U);
       EXPECT_NEAR(map.rejected_odometry[0].off_m, metres, 0.02);
       EXPECT_NEAR(map.rejected_odometry[0].from_s, 0.1 * (kFrame - 1), 1e-6);
@@ -107,6 +108,47 @@ TEST(OdometryChecks, RejectOneWrongMotion) {
       EXPECT_THAT(scene_warnings(map), ElementsAre(StartsWith("odometry between 13.90 s and 14.00 s")));
     }
   }
+}
+
+// All tags of the second pass then appear at other places, like duplicate tags.
+TEST(OdometryChecks, AWrongMotionBetweenTwoPassesIsNotTheCauseOfDuplicateTags) {
+  const std::vector<SE3> motions = {test::at(0, 20, 0), test::at(0, 0, 0, 0, 0, 1.5708)};
+  for (const SE3& by : motions) {
+    WideScene wide = test::aisles(60, 1, 0.2, {{1, SE3()}});
+    test::add_odometry(wide, kSigmaM, kSigmaRad, 401);
+    const Outcome without = mapped(wide);
+    jump(wide, wide.recording.odometry.size() / 2, by);
+    SceneMap map;
+    const Outcome outcome = mapped(wide, &map);
+    EXPECT_EQ(outcome.tags, 60U);
+    EXPECT_LT(outcome.mean_m, 1.5 * without.mean_m);
+    EXPECT_THAT(map.duplicate_tags, IsEmpty());
+    ASSERT_EQ(map.rejected_odometry.size(), 1U);
+    if (by.translation().norm() > 0)
+      EXPECT_NEAR(map.rejected_odometry[0].off_m, by.translation().norm(), 0.05);
+    else
+      EXPECT_NEAR(map.rejected_odometry[0].off_rad, by.rotation().log().norm(), 0.02);
+  }
+}
+
+TEST(OdometryChecks, AWrongMotionDuringTheSecondPassIsNotTheCauseOfDuplicateTags) {
+  WideScene wide = test::aisles(60, 2, 0.2, {{1, SE3()}});
+  test::add_odometry(wide, kSigmaM, kSigmaRad, 402);
+  const Outcome without = mapped(wide);
+  jump(wide, wide.recording.odometry.size() * 3 / 4, test::at(0, 20, 0));
+  SceneMap map;
+  EXPECT_LT(mapped(wide, &map).mean_m, 1.5 * without.mean_m);
+  EXPECT_THAT(map.duplicate_tags, IsEmpty());
+  EXPECT_EQ(map.rejected_odometry.size(), 1U);
+}
+
+TEST(OdometryChecks, UnderstatedNoiseIsNotTheCauseOfDuplicateTags) {
+  WideScene wide = test::aisles(60, 3, 0.2, {{1, SE3()}});
+  test::add_odometry(wide, 20 * kSigmaM, 20 * kSigmaRad, 403);
+  wide.scene.bodies[1].odometry = {.sigma_m = kSigmaM, .sigma_rad = kSigmaRad};
+  SceneMap map;
+  EXPECT_LT(mapped(wide, &map).mean_m, 0.05);
+  EXPECT_THAT(map.duplicate_tags, IsEmpty());
 }
 
 TEST(OdometryChecks, EstimateItsNoise) {
@@ -125,6 +167,7 @@ TEST(OdometryChecks, EstimateItsNoise) {
       EXPECT_NEAR(map.odometry_ratio, times, 0.2 * times);
       EXPECT_LT(map.noise_px, 0.25) << "corner noise is 0.2 px";
       EXPECT_TRUE(map.wrong_sizes.empty());
+      EXPECT_THAT(map.duplicate_tags, IsEmpty());
       EXPECT_TRUE(map.rejected_odometry.empty());
       EXPECT_THAT(scene_warnings(map), ElementsAre(HasSubstr("times noisier than stated")));
       EXPECT_LT(errors.worst_sigmas, 5);

@@ -57,7 +57,7 @@ void connect_bodies(const SceneMap& map, ConnectedPoses& connected) {
     unknown.insert(body);
     for (const PoseIndex tag : map.problem.tags[b]) connected.connect(tag, body);
   }
-  for (const CornerTerm& term : map.problem.bundle.corners) {  // also of the earlier poses of moved tags
+  for (const CornerTerm& term : map.problem.bundle.corners) {  // also of moved and duplicate tags
     if (unknown.contains(term.body)) connected.connect(term.tag, term.body);
   }
 }
@@ -102,8 +102,9 @@ std::map<TagId, int> tags_on_prior_alone(const SceneMap& map) {
     }
   }
   for (const MovedTag& moved : map.moved_tags) {
-    if (used[moved.earlier] > 0) ++tags_in_set[connected.set_of(moved.earlier)];
+    if (used[*moved.earlier] > 0) ++tags_in_set[connected.set_of(*moved.earlier)];
   }
+  for (const DuplicateTag& duplicate : map.duplicate_tags) ++tags_in_set[connected.set_of(duplicate.other)];
   std::map<TagId, int> alone;
   if (tags < 2) return alone;
   for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {

@@ -92,17 +92,91 @@ int remapped(const TagScene& scene, const std::string& camera, SensorTime stamp,
   return id;
 }
 
+using Outline = std::array<Eigen::Vector2d, 4>;
+
+/// Whether the line along one side of an outline separates it from another one.
+bool is_separated_by_side(const Outline& outline, const Outline& other) {
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Eigen::Vector2d side = outline[(k + 1) % 4] - outline[k];
+    const Eigen::Vector2d normal(-side.y(), side.x());
+    const double inside = normal.dot(outline[(k + 2) % 4] - outline[k]);
+    if (std::ranges::all_of(
+            other, [&](const Eigen::Vector2d& px) { return inside * normal.dot(px - outline[k]) <= 0; }))
+      return true;
+  }
+  return false;
+}
+
+/// The outline of a tag, smaller by more than the errors of its corners.
+Outline inner_outline(const CornerFactor& factor) {
+  constexpr double kShare = 0.8;
+  Outline outline = factor.corners_px;
+  const Eigen::Vector2d centre = (outline[0] + outline[1] + outline[2] + outline[3]) / 4;
+  for (Eigen::Vector2d& px : outline) px = centre + kShare * (px - centre);
+  return outline;
+}
+
+/// Whether two observations of an id in one view show two tags: their outlines do not overlap, however
+/// obliquely they are seen. A detector may also find one tag twice.
+bool are_two_tags(const CornerFactor& a, const CornerFactor& b) {
+  const Outline of_a = inner_outline(a);
+  const Outline of_b = inner_outline(b);
+  return is_separated_by_side(of_a, of_b) || is_separated_by_side(of_b, of_a);
+}
+
+/// The observations that repeat an id of the same view, and where they are.
+class Repetitions {
+ public:
+  explicit Repetitions(RepeatedIds repeated) : repeated_(repeated) {}
+
+  void start_view(const SceneObservations& all) { first_of_view_ = all.seen.size(); }
+
+  /// Adds an observation. Counts it as repeated instead if its id was already observed at this place.
+  void add(SceneObservation&& now, SceneObservations& all) {
+    bool repeats = false;
+    for (std::size_t i = first_of_view_; i < all.seen.size(); ++i) {
+      const SceneObservation& other = all.seen[i];
+      if (other.body != now.body || other.tag != now.tag) continue;
+      repeats = true;
+      if (repeated_ == RepeatedIds::All && are_two_tags(other.factor, now.factor)) continue;
+      ++all.repeated;
+      return;
+    }
+    if (repeats) at_.push_back(all.seen.size());
+    if (repeats) ++views_[{now.body, now.tag}];
+    all.seen.push_back(std::move(now));
+  }
+
+  /// Removes the repetitions of ids that are repeated in only a few views.
+  void drop_rare(SceneObservations& all) const {
+    constexpr int kMinViews = 4;
+    std::vector<char> rare(all.seen.size(), 0);
+    for (const std::size_t i : at_)
+      rare[i] = views_.at({all.seen[i].body, all.seen[i].tag}) < kMinViews ? 1 : 0;
+    all.repeated += static_cast<int>(std::ranges::count(rare, 1));
+    std::size_t i = 0;
+    std::erase_if(all.seen, [&](const SceneObservation&) { return rare[i++] != 0; });
+  }
+
+ private:
+  RepeatedIds repeated_;
+  std::size_t first_of_view_ = 0;
+  std::vector<std::size_t> at_{};
+  std::map<std::pair<std::size_t, std::size_t>, int> views_{};  ///< for each body and tag
+};
+
 }  // namespace
 
-SceneObservations observations_of(const SceneRecording& recording, TagScene& scene) {
+SceneObservations observations_of(const SceneRecording& recording, TagScene& scene, RepeatedIds repeated) {
   SceneObservations result;
+  Repetitions repetitions(repeated);
   Owners owners(scene);
   const std::vector<std::optional<SensorTime>> squashes = stamps_of_squashes(recording, scene);
   for (std::size_t f = 0; f < recording.frames.size(); ++f) {
     const SceneFrame& frame = recording.frames[f];
     for (const SceneView& view : frame.views) {
       const std::string& camera = scene.cameras[view.camera].name;
-      std::set<int> there;
+      repetitions.start_view(result);
       for (const TagDetection& detection : view.detections) {
         if (detection.hamming > scene.max_hamming ||
             squashed(scene, squashes, camera, frame.stamp, detection.tag.number) ||
@@ -129,10 +203,6 @@ SceneObservations observations_of(const SceneRecording& recording, TagScene& sce
           ++result.unreliable;
           continue;
         }
-        if (!there.insert(id.number).second) {
-          ++result.repeated;
-          continue;
-        }
         TagDetection named = detection;
         named.tag = id;
         const auto factor = corner_factor(named, body.tags[owner->second].size_m, scene.pixel_sigma_px);
@@ -140,10 +210,11 @@ SceneObservations observations_of(const SceneRecording& recording, TagScene& sce
           ++result.broken;
           continue;
         }
-        result.seen.push_back({f, view.camera, owner->first, owner->second, *factor});
+        repetitions.add({f, view.camera, owner->first, owner->second, *factor}, result);
       }
     }
   }
+  repetitions.drop_rare(result);
   return result;
 }
 

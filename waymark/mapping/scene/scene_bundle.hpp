@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <utility>
 #include <vector>
@@ -23,14 +24,21 @@ struct SceneObservations {
   std::vector<SceneObservation> seen{};
   std::map<TagId, int> foreign{};  ///< number of detections for each id that belongs to no body
   int squashed = 0;                ///< excluded on request, too small, or with too many corrected bits
-  int repeated = 0;                ///< with an id that occurred twice in one view
+  int repeated = 0;                ///< ignored, with an id that occurred twice in one view
   int broken = 0;                  ///< with non-finite corners
   int unreliable = 0;              ///< with unreliable corners
 };
 
+/// Which detections count if an id occurs at several places in one view.
+enum class RepeatedIds : std::uint8_t {
+  First,  ///< the first one
+  All,    ///< all of them, if at least four views show the id at several places; otherwise, the first one
+};
+
 /// Selects detections according to the lists in the scene. Adds tags that are found on bodies accepting
 /// unlisted ids to `scene`.
-[[nodiscard]] SceneObservations observations_of(const SceneRecording& recording, TagScene& scene);
+[[nodiscard]] SceneObservations observations_of(const SceneRecording& recording, TagScene& scene,
+                                                RepeatedIds repeated = RepeatedIds::First);
 
 /// Measured motion of a body between two successive frames with odometry.
 struct OdometryStep {

@@ -1,6 +1,9 @@
 // Tests the selection of detections, and which poses are fixed if there are no priors.
 #include "waymark/mapping/scene/scene_bundle.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include <gtest/gtest.h>
 
 namespace waymark {
@@ -69,6 +72,46 @@ TEST(SceneObservations, ADuplicateIdInAViewCountsOnce) {
   const SceneObservations seen = observations_of(one_view({square(7, 50), square(7, 40)}), s);
   EXPECT_EQ(seen.seen.size(), 1U);
   EXPECT_EQ(seen.repeated, 1);
+}
+
+TEST(SceneObservations, TwoTagsWithOneIdInAFewViewsAreKeptOnRequest) {
+  for (const std::size_t views : {3U, 4U}) {
+    TagScene s = scene();
+    SceneRecording recording;
+    TagDetection other = square(7, 50);
+    for (Eigen::Vector2d& corner : other.corners_px) corner.x() += 200;
+    TagDetection same = square(7, 48);  // the first one, detected twice
+    for (std::size_t i = 0; i < views; ++i)
+      recording.frames.push_back(
+          {at_ms(100 * static_cast<std::int64_t>(i)), {{0, {square(7, 50), same, square(30, 50), other}}}});
+    const SceneObservations seen = observations_of(recording, s, RepeatedIds::All);
+    EXPECT_EQ(seen.seen.size(), (views < 4 ? 2 : 3) * views);
+    EXPECT_EQ(seen.repeated, static_cast<int>((views < 4 ? 2 : 1) * views));
+    EXPECT_EQ(observations_of(recording, s).seen.size(), 2 * views);
+    EXPECT_TRUE(std::ranges::is_sorted(seen.seen, {}, &SceneObservation::frame));
+  }
+}
+
+/// Moves the corners of an observation, and compresses the image of the tag horizontally.
+TagDetection oblique(TagDetection detection, double width, double right_px) {
+  for (Eigen::Vector2d& corner : detection.corners_px)
+    corner.x() = 100 + width * (corner.x() - 100) + right_px;
+  return detection;
+}
+
+TEST(SceneObservations, NearTagsWithOneIdAreKeptOnRequestIfTheyDoNotOverlap) {
+  // The distance is that of two prints whose centres are 1.08 sides apart; 0.4 sides are those of one tag.
+  for (const double width : {1.0, 0.5, 0.15}) {
+    for (const auto& [sides, kept] : {std::pair(1.08, 8U), {-1.08, 8U}, {0.4, 4U}}) {
+      TagScene s = scene();
+      SceneRecording recording;
+      for (int i = 0; i < 4; ++i)
+        recording.frames.push_back(
+            {at_ms(100 * i),
+             {{0, {oblique(square(7, 50), width, 0), oblique(square(7, 50), width, 50 * width * sides)}}}});
+      EXPECT_EQ(observations_of(recording, s, RepeatedIds::All).seen.size(), kept) << width << ' ' << sides;
+    }
+  }
 }
 
 TEST(SceneObservations, UnreliableCornersAreSkippedAndCounted) {

@@ -407,6 +407,36 @@ TEST(GivenFacts, ATagThatWasNotMovedIsNotReportedAsMoved) {
   }
 }
 
+TEST(GivenFacts, ATagThatWasTakenAwayIsReported) {
+  for (const int number : {5, 9, 17}) {
+    WideScene wide = test::aisles(24, 8, 0.2, {{3, SE3()}});  // walked twice
+    const std::size_t half = wide.recording.frames.size() / 2;
+    int gone = 0;
+    for (std::size_t f = half; f < wide.recording.frames.size(); ++f)
+      gone += static_cast<int>(
+          std::erase_if(wide.recording.frames[f].views[0].detections,
+                        [&](const TagDetection& seen) { return seen.tag.number == number; }));
+    SceneMap map;
+    mapped(wide, &map);
+    ASSERT_EQ(map.missing_tags.size(), 1U) << number;
+    EXPECT_EQ(map.missing_tags[0].tag.number, number);
+    EXPECT_GE(map.missing_tags[0].expected_images, gone / 2);
+    EXPECT_LE(map.missing_tags[0].expected_images, 1.3 * gone);  // images show at most seven tags
+    EXPECT_LT(*map.missing_tags[0].last_seen_s, 0.1 * static_cast<double>(half));
+    EXPECT_THAT(scene_warnings(map), Contains(HasSubstr(fmt::format("tag {}: expected", number))));
+  }
+}
+
+TEST(GivenFacts, ATagThatWasNotTakenAwayIsNotReported) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    SceneMap map;
+    mapped(test::aisles(24, seed, 0.2, {{3, SE3()}}), &map);
+    EXPECT_THAT(map.missing_tags, IsEmpty()) << seed;
+    mapped(test::ceiling(64, seed), &map);
+    EXPECT_THAT(map.missing_tags, IsEmpty()) << seed;
+  }
+}
+
 TEST(GivenFacts, PrintedSizesThatScatterAreInTheCovariances) {
   const bool full = std::getenv("WAYMARK_FULL") != nullptr;
   const int seeds = full ? 20 : 5;
@@ -450,6 +480,220 @@ TEST(GivenFacts, TheOnlyKnownTagThatSwingsIsReported) {
   SceneMap map;
   mapped(wide, &map);
   EXPECT_THAT(scene_warnings(map), Contains(AllOf(HasSubstr("of tag 0"), HasSubstr("rejected"))));
+}
+
+// Scenes in which two tags carry one id. Their maps must be as accurate as without the second tag, and must
+// name the id.
+
+/// A scene in which the tag `other` carries the id of the tag `id`.
+struct DuplicateScene {
+  WideScene wide;
+  int id = 0;
+  SE3 first{}, second{};  ///< true poses of the two tags
+
+  DuplicateScene(WideScene made, int id_of_both, int other)
+      : wide(std::move(made)), id(id_of_both), first(wide.truth.at(id)), second(wide.truth.at(other)) {
+    for (SceneFrame& frame : wide.recording.frames) {
+      for (TagDetection& detection : frame.views[0].detections) {
+        if (detection.tag.number == other) detection.tag.number = id;
+      }
+    }
+    wide.truth.erase(other);
+  }
+
+  /// The errors of the map, in which the id may be either tag.
+  [[nodiscard]] Outcome mapped_once(SceneMap& map) {
+    test::mapped(wide, &map);
+    for (std::size_t t = 0; t < map.scene.bodies[0].tags.size(); ++t) {
+      const auto map_T_tag = map.map_T_tag(0, t);
+      if (!map_T_tag || map.scene.bodies[0].tags[t].id.number != id) continue;
+      const auto off = [&](const SE3& truth) {
+        return (map_T_tag->translation() - truth.translation()).norm();
+      };
+      wide.truth.at(id) = off(first) < off(second) ? first : second;
+    }
+    return test::outcome_of(wide, map);
+  }
+};
+
+/// Expects that the map names this id, and no other cause.
+void expect_duplicate(const SceneMap& map, const DuplicateScene& made) {
+  ASSERT_EQ(map.duplicate_tags.size(), 1U);
+  const DuplicateTag& duplicate = map.duplicate_tags[0];
+  EXPECT_EQ(duplicate.tag.number, made.id);
+  EXPECT_NEAR(duplicate.distance_m, (made.first.translation() - made.second.translation()).norm(), 0.03);
+  EXPECT_GT(duplicate.here, 0);
+  EXPECT_GT(duplicate.there, 0);
+  EXPECT_THAT(map.moved_tags, IsEmpty());
+  EXPECT_THAT(map.wrong_sizes, IsEmpty());
+  EXPECT_THAT(scene_warnings(map), ElementsAre(HasSubstr(fmt::format("tag {}: observed at two", made.id))));
+}
+
+TEST(DuplicateIds, BothTagsAreFoundAndOneIsInTheMap) {
+  const std::map<int, SE3> twice = {{1, SE3()}};  // the same walk follows once more
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    for (const auto& [id, other] : {std::pair(3, 18), {3, 6}, {8, 10}, {14, 4}}) {
+      for (const bool again : {false, true}) {
+        SCOPED_TRACE(::testing::Message()
+                     << id << " and " << other << ", seed " << seed << (again ? ", walked twice" : ""));
+        const WideScene wide = test::aisles(24, seed, 0.2, again ? twice : std::map<int, SE3>());
+        DuplicateScene made(wide, id, other);
+        SceneMap map;
+        const Outcome outcome = made.mapped_once(map);
+        EXPECT_EQ(outcome.tags, 23U);
+        EXPECT_LT(outcome.mean_m, 1.5 * mapped(wide).mean_m) << "as without the duplicate";
+        EXPECT_LT(worst_sigmas(made.wide, map), 5);
+        expect_duplicate(map, made);
+        if (map.duplicate_tags.empty()) continue;
+        const bool at_once = std::abs(id - other) <= 3;
+        EXPECT_EQ(map.duplicate_tags[0].at_once, at_once);
+        EXPECT_EQ(map.duplicate_tags[0].one_after_the_other, !at_once && !again);
+      }
+    }
+  }
+}
+
+TEST(DuplicateIds, TheOnlyKnownTagCanBeOneOfThem) {
+  const WideScene wide = test::aisles(24, 5);
+  const Outcome without = mapped(wide);
+  for (const int other : {3, 15}) {
+    DuplicateScene made(wide, 0, other);
+    SceneMap map;
+    test::mapped(made.wide, &map);
+    // The known pose is that of the tag in the map. If this is the other one, the map has another frame.
+    double least_m = 1e9;
+    for (const SE3& truth : {made.first, made.second}) {
+      WideScene there = made.wide;
+      for (auto& [id, map_T_tag] : there.truth) map_T_tag = made.first * (truth.inverse() * map_T_tag);
+      there.truth.at(0) = made.first;
+      least_m = std::min(least_m, test::outcome_of(there, map).mean_m);
+    }
+    EXPECT_LT(least_m, 1.5 * without.mean_m) << other;
+    expect_duplicate(map, made);
+  }
+}
+
+TEST(DuplicateIds, TheTagAtTheGivenPoseIsInTheMap) {
+  for (const int other : {4, 20}) {
+    WideScene wide = test::aisles(24, 8);
+    give_pose(wide, 12, {0, 0, 0}, 1e-3, 1e-3);
+    DuplicateScene made(wide, 12, other);
+    SceneMap map;
+    EXPECT_LT(made.mapped_once(map).mean_m, 1.5 * mapped(wide).mean_m);
+    EXPECT_EQ(made.wide.truth.at(12).translation(), made.first.translation()) << other;
+    expect_duplicate(map, made);
+  }
+}
+
+TEST(DuplicateIds, OtherCausesAreNotReportedAsDuplicates) {
+  const WideScene once = test::aisles(24, 8);
+  const WideScene twice = test::aisles(24, 8, 0.2, {{9, SE3()}});
+  const WideScene large = test::aisles(120, 3);
+  WideScene misread = large;
+  test::misread(misread.recording, 120, 0.02, 5);
+  const std::vector<std::pair<WideScene, WideScene>> scenes = {
+      {once, once}, {twice, twice}, {misread, large}};
+  for (const auto& [wide, without] : scenes) {
+    SceneMap map;
+    EXPECT_LT(mapped(wide, &map).mean_m, 1.5 * mapped(without).mean_m);
+    EXPECT_THAT(map.duplicate_tags, IsEmpty());
+  }
+}
+
+TEST(DuplicateIds, ATagThatWasMovedFarIsNoDuplicate) {
+  const double without_m = mapped(test::aisles(24, 8, 0.2, {{9, SE3()}})).mean_m;
+  const SE3 far(SO3::exp({0, 0, 0.05}), {-2, 0, 0});
+  SceneMap map;
+  EXPECT_LT(mapped(test::aisles(24, 8, 0.2, {{9, far}}), &map).mean_m, 1.5 * without_m);
+  EXPECT_THAT(map.duplicate_tags, IsEmpty());
+  ASSERT_EQ(map.moved_tags.size(), 1U);
+  EXPECT_EQ(map.moved_tags[0].tag.number, 9);
+  EXPECT_NEAR(map.moved_tags[0].distance_m, 2, 0.03);
+}
+
+TEST(DuplicateIds, ATagThatWasMovedOutOfViewIsMissing) {
+  const SE3 away(SO3::exp({0, 0, 0.05}), {1.2, 1.6, 0});  // one image shows it there
+  WideScene wide = test::aisles(24, 8, 0.2, {{9, away}});
+  wide.truth.at(9) = wide.truth.at(9) * away.inverse();
+  SceneMap map;
+  EXPECT_LT(mapped(wide, &map).mean_m, 1.5 * mapped(test::aisles(24, 8, 0.2, {{9, SE3()}})).mean_m);
+  EXPECT_THAT(map.duplicate_tags, IsEmpty());
+  ASSERT_EQ(map.missing_tags.size(), 1U);
+  EXPECT_EQ(map.missing_tags[0].tag.number, 9);
+}
+
+/// Adds the first walk of the scene once more.
+void walk_again(WideScene& wide, std::size_t frames, std::uint64_t seed) {
+  Random random(seed);
+  const std::vector<SE3> path(wide.map_T_cam.begin(),
+                              wide.map_T_cam.begin() + static_cast<std::ptrdiff_t>(frames));
+  test::internal::film(wide, path, 3.6, 7, 0.2, random);
+}
+
+TEST(DuplicateIds, ATagThatWasMovedAndReturnedIsNoDuplicate) {
+  const SE3 far(SO3::exp({0, 0, 0.05}), {1.2, 0.4, 0});
+  WideScene wide = test::aisles(24, 8, 0.2, {{9, far}});
+  wide.truth.at(9) = wide.truth.at(9) * far.inverse();
+  walk_again(wide, wide.recording.frames.size() / 2, 4);
+  SceneMap map;
+  EXPECT_LT(mapped(wide, &map).mean_m, 0.05);
+  EXPECT_THAT(map.duplicate_tags, IsEmpty());
+}
+
+TEST(DuplicateIds, ATagAtManyPlacesIsAMovingTag) {
+  WideScene wide = test::aisles(48, 9);
+  for (const int other : {9, 15, 21, 27, 33, 39, 45}) wide = DuplicateScene(wide, 3, other).wide;
+  wide.truth.erase(3);
+  WideScene others = wide;
+  for (SceneFrame& frame : others.recording.frames)
+    std::erase_if(frame.views[0].detections, [](const TagDetection& seen) { return seen.tag.number == 3; });
+  const Outcome without = mapped(others);
+  auto map = map_scene(wide.scene, wide.recording);
+  ASSERT_TRUE(map) << to_string(map.error());
+  EXPECT_THAT(map->duplicate_tags, IsEmpty());
+  for (std::size_t t = 0; t < map->scene.bodies[0].tags.size(); ++t) {
+    if (map->scene.bodies[0].tags[t].id.number == 3) wide.truth[3] = map->map_T_tag(0, t).value_or(SE3());
+  }
+  EXPECT_LT(test::outcome_of(wide, *map).mean_m, 2 * without.mean_m + 0.01);
+}
+
+TEST(DuplicateIds, NearPrintsObservedAtOnceAreDuplicates) {
+  // Tags have a side of 0.25 m, and most images show them obliquely.
+  for (const SE3& by : {at(0.255, 0, 0), at(-0.27, 0, 0), at(0.45, 0, 0), at(0, 0.26, 0)}) {
+    WideScene wide = test::aisles(24, 10);
+    Random random(11);
+    const std::vector<SE3> path = wide.map_T_cam;
+    wide.recording.frames.clear();
+    wide.map_T_cam.clear();
+    wide.truth[100] = wide.truth.at(9) * by;
+    test::internal::film(wide, path, 3.6, 8, 0.2, random);
+    DuplicateScene made(wide, 9, 100);
+    SceneMap map;
+    EXPECT_LT(made.mapped_once(map).mean_m, 1.5 * mapped(wide).mean_m);
+    expect_duplicate(map, made);
+    EXPECT_TRUE(map.duplicate_tags.empty() || map.duplicate_tags[0].at_once);
+  }
+}
+
+TEST(DuplicateIds, TheSearchStopsOnRequest) {
+  const DuplicateScene made(test::aisles(24, 5), 3, 18);
+  for (int last = 1; last < 60; last += 7) {
+    int calls = 0;
+    const auto stopped = map_scene(made.wide.scene, made.wide.recording, {},
+                                   [&](const std::string&, int, double) { return ++calls < last; });
+    if (calls < last) break;
+    ASSERT_FALSE(stopped) << last;
+    EXPECT_EQ(stopped.error().code, ErrorCode::LimitExceeded);
+  }
+}
+
+TEST(DuplicateIds, OdometryIsNotTheCause) {
+  DuplicateScene made(test::aisles(24, 6), 3, 18);
+  test::add_odometry(made.wide, 0.002, 0.001, 3);
+  SceneMap map;
+  EXPECT_LT(made.mapped_once(map).mean_m, 0.02);
+  EXPECT_THAT(map.rejected_odometry, IsEmpty());
+  expect_duplicate(map, made);
 }
 
 // Scenes with misread ids. Their maps must be as accurate as those without misread ids, or the affected parts

@@ -6,6 +6,7 @@
 
 #include "waymark/base/fields.hpp"
 #include "waymark/mapping/scene/scene_bundle.hpp"
+#include "waymark/mapping/solver/changed_tags.hpp"
 #include "waymark/mapping/solver/map_search.hpp"
 #include "waymark/mapping/solver/tag_sizes.hpp"
 
@@ -51,12 +52,21 @@ struct CorrectedId {
   TagId read{}, is{};
 };
 
-/// A tag that was moved during the recording.
-struct MovedTag {
+/// A second tag that carries the id of a tag in the map. The map does not contain it, but its observations
+/// have determined other poses.
+struct DuplicateTag {
   TagId tag{};
-  PoseIndex earlier = 0;                        ///< its pose before; SceneBundle::tags has the one after
-  double last_before_s = 0, first_after_s = 0;  ///< its observations before and after, since the first frame
-  double distance_m = 0, angle_rad = 0;         ///< between the two poses
+  PoseIndex other = 0;  ///< its pose; SceneBundle::tags has that of the tag in the map
+  /// Centres of the tag in the map and of the other one, in the map; in the frame of the body if it moves.
+  Eigen::Vector3d here_m = Eigen::Vector3d::Zero(), there_m = Eigen::Vector3d::Zero();
+  std::string moving_body{};  ///< name of the body if it moves
+  double distance_m = 0;      ///< between them
+  int here = 0, there = 0;    ///< number of observations in use of both
+  /// Both were observed at the same time. Otherwise, it may be one tag that was moved.
+  bool at_once = false;
+  /// Most observations of one tag are earlier than those of the other, as if one tag had been moved: all but
+  /// less than a fifth of the smaller number.
+  bool one_after_the_other = false;
 };
 
 /// Odometry that contradicts the observations before and after it. The map does not use it there.
@@ -102,11 +112,15 @@ struct SceneMap {
   /// Parameters of estimated cameras; `scene` contains the estimates.
   std::vector<FoundIntrinsics> intrinsics{};
   std::vector<std::size_t>
-      released_sizes{};                  ///< indices into Bundle::sizes of sizes without their usual prior
-  std::vector<WrongSize> wrong_sizes{};  ///< their tags are in the map with the size that was found
-  std::vector<MovedTag> moved_tags{};    ///< their last pose is in the map
-  double assumed_size_spread = 0;        ///< SearchOptions::tag_size_sigma_percent as a share
-  double size_spread = 0;                ///< relative standard deviation of the other printed sizes
+      released_sizes{};                    ///< indices into Bundle::sizes of sizes without their usual prior
+  std::vector<WrongSize> wrong_sizes{};    ///< their tags are in the map with the size that was found
+  std::vector<MovedTag> moved_tags{};      ///< their last pose is in the map
+  std::vector<MissingTag> missing_tags{};  ///< expected in images that do not show them
+  /// Ids of two tags. The map has the tag at the given pose. If no pose is given, it has the tag that was
+  /// observed later, if their observations follow each other, and otherwise the one with more observations.
+  std::vector<DuplicateTag> duplicate_tags{};
+  double assumed_size_spread = 0;   ///< SearchOptions::tag_size_sigma_percent as a share
+  double size_spread = 0;           ///< relative standard deviation of the other printed sizes
   double size_scale = 1;            ///< common factor for all tag sizes, estimated if distances are given
   double size_sigma = 0;            ///< standard deviation of size_scale; 0 if it was not estimated
   double size_prior_sigma = 0.005;  ///< prior standard deviation of size_scale

@@ -14,6 +14,7 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/mapping/scene/missing_scene_tags.hpp"
 #include "waymark/mapping/scene/moved_tags.hpp"
 #include "waymark/mapping/scene/odometry_checks.hpp"
 #include "waymark/mapping/scene/pixel_shift.hpp"
@@ -145,7 +146,7 @@ std::set<PoseIndex> roots_of(const SceneMap& map) {
     for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
       const PoseIndex tag = map.problem.tags[b][t];
       const MovedTag* moved = find_moved(map, map.scene.bodies[b].tags[t].id);
-      const PoseIndex given = moved != nullptr ? moved->earlier : tag;
+      const PoseIndex given = moved != nullptr ? *moved->earlier : tag;
       const bool known = map.scene.bodies[b].tags[t].body_T_tag || map.problem.bundle.poses[given].fixed;
       if (known && used[given] > 0) roots.insert(given);
       if (used[tag] > used[most]) most = tag;
@@ -173,7 +174,8 @@ void list_thin_cuts(SceneMap& map) {
     names.erase(std::ranges::unique(names).begin(), names.end());
     return names;
   };
-  for (const MovedTag& moved : map.moved_tags) ids[moved.earlier] = moved.tag;
+  for (const MovedTag& moved : map.moved_tags) ids[*moved.earlier] = moved.tag;
+  for (const DuplicateTag& duplicate : map.duplicate_tags) ids[duplicate.other] = duplicate.tag;
   std::vector<char> moves = map.problem.moves;
   moves.resize(map.problem.bundle.poses.size(), 0);
   for (const ThinCut& cut : thin_cuts(map.problem.bundle, moves, roots_of(map)))
@@ -214,6 +216,7 @@ void report_scene(const SceneRecording& recording, SceneMap& map) {
   list_thin_cuts(map);
   map.prior_only = tags_on_prior_alone(map);
   report_odometry(recording, map);
+  map.missing_tags = missing_scene_tags(recording, map);
 }
 
 namespace {
@@ -289,7 +292,7 @@ void warn_of_priors(const SceneMap& map, std::vector<std::string>& warnings) {
   }
   for_tags(map, [&](const SceneTag& tag, PoseIndex pose) {
     const MovedTag* moved = find_moved(map, tag.id);
-    check("tag " + std::to_string(tag.id.number), moved ? moved->earlier : pose, tag.body_T_tag);
+    check("tag " + std::to_string(tag.id.number), moved ? *moved->earlier : pose, tag.body_T_tag);
   });
 }
 
@@ -353,13 +356,41 @@ void warn_of_sizes(const SceneMap& map, std::vector<std::string>& warnings) {
                     100 * map.size_spread, 100 * map.assumed_size_spread));
 }
 
-void warn_of_moves(const SceneMap& map, std::vector<std::string>& warnings) {
+void warn_of_changes(const SceneMap& map, std::vector<std::string>& warnings) {
+  const auto name = [](const TagId& tag) { return fmt::format("tag {}", tag.number); };
   for (const MovedTag& moved : map.moved_tags)
-    warnings.push_back(fmt::format(
-        "tag {}: moved by {:.3f} m and {:.1f} deg between {:.1f} s and {:.1f} s of the recording; the "
-        "map has its last pose",
-        moved.tag.number, moved.distance_m, to_degrees(moved.angle_rad), moved.last_before_s,
-        moved.first_after_s));
+    warnings.push_back(fmt::format("{}: {}", name(moved.tag), describe(moved)));
+  for (std::string& warning : describe(map.missing_tags, name)) warnings.push_back(std::move(warning));
+}
+
+std::string point_of(const Eigen::Vector3d& p_m) {
+  return fmt::format("({:.2f}, {:.2f}, {:.2f})", p_m.x(), p_m.y(), p_m.z());
+}
+
+std::string cause_of(const DuplicateTag& duplicate) {
+  if (duplicate.at_once) return "also at once: two tags carry this id; change one of them";
+  const std::string moved = duplicate.one_after_the_other ? "moved" : "moved repeatedly";
+  return fmt::format(
+      "but never at once: two tags carry this id, or one tag was {}; change one of the two, or map a "
+      "recording "
+      "in which it is not moved",
+      moved);
+}
+
+void warn_of_duplicates(const SceneMap& map, std::vector<std::string>& warnings) {
+  const std::size_t all = map.duplicate_tags.size();
+  for (std::size_t i = 0; i < std::min(all, kMaxLines); ++i) {
+    const DuplicateTag& duplicate = map.duplicate_tags[i];
+    const std::string frame =
+        duplicate.moving_body.empty() ? "" : fmt::format(" (in the frame of `{}`)", duplicate.moving_body);
+    warnings.push_back(
+        fmt::format("tag {}: observed at two places, {:.2f} m apart ({} and {} times), {}. The map has the "
+                    "tag at {}, not "
+                    "the one at {}{}",
+                    duplicate.tag.number, duplicate.distance_m, duplicate.here, duplicate.there,
+                    cause_of(duplicate), point_of(duplicate.here_m), point_of(duplicate.there_m), frame));
+  }
+  if (all > kMaxLines) warnings.push_back(fmt::format("{} more places of duplicate tags", all - kMaxLines));
 }
 
 void warn_of_tags(const SceneMap& map, std::vector<std::string>& warnings) {
@@ -375,6 +406,7 @@ void warn_of_tags(const SceneMap& map, std::vector<std::string>& warnings) {
     const Counts& count = counts[pose];
     if (std::ranges::find(map.wrong_sizes, tag.id, &WrongSize::tag) != map.wrong_sizes.end()) return;
     if (find_moved(map, tag.id) != nullptr) return;
+    if (std::ranges::find(map.duplicate_tags, tag.id, &DuplicateTag::tag) != map.duplicate_tags.end()) return;
     const bool known = tag.body_T_tag.has_value() || map.problem.bundle.poses[pose].fixed;
     if (known && count.used == 0 && map.placed[pose] != 0) alone.push_back(tag.id);
     const int rejected = count.all - count.used;
@@ -486,7 +518,8 @@ std::vector<std::string> scene_warnings(const SceneMap& map) {
   warn_of_measurements(map, warnings);
   warn_of_cameras(map, warnings);
   warn_of_sizes(map, warnings);
-  warn_of_moves(map, warnings);
+  warn_of_changes(map, warnings);
+  warn_of_duplicates(map, warnings);
   warn_of_tags(map, warnings);
   warn_of_prior_only(map, warnings);
   warn_of_thin_cuts(map, warnings);

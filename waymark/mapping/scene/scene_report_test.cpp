@@ -84,6 +84,32 @@ TEST(SceneWarnings, ReportMovedTags) {
   expect_on_scene_page(map);
 }
 
+TEST(SceneWarnings, ReportTwoTagsWithOneId) {
+  SceneMap map = good_map();
+  DuplicateTag duplicate{.tag = rig_tag(3),
+                         .other = map.problem.tags[0][3],
+                         .here_m = {1, 2, 3},
+                         .there_m = {4, 6, 3},
+                         .distance_m = 5,
+                         .here = 40,
+                         .there = 20};
+  map.duplicate_tags = {duplicate};
+  EXPECT_THAT(scene_warnings(map),
+              ElementsAre(AllOf(HasSubstr("tag 3:"), HasSubstr("5.00 m"), HasSubstr("40 and 20"),
+                                HasSubstr("(1.00, 2.00, 3.00)"), HasSubstr("(4.00, 6.00, 3.00)"))));
+  expect_on_scene_page(map);
+  duplicate.at_once = true;
+  map.duplicate_tags = {duplicate};
+  expect_on_scene_page(map);
+  duplicate.at_once = false;
+  duplicate.one_after_the_other = true;
+  map.duplicate_tags = {duplicate};
+  expect_on_scene_page(map);
+  map.duplicate_tags.assign(7, duplicate);
+  EXPECT_THAT(scene_warnings(map), SizeIs(6));
+  expect_on_scene_page(map);
+}
+
 TEST(SceneWarnings, ReportInconsistentDistancesAndCoordinates) {
   RigScene made = rig_scene();
   const double true_m = (made.tags[2].translation() - made.tags[5].translation()).norm();

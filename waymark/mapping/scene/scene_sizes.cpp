@@ -6,7 +6,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "waymark/mapping/scene/tag_place.hpp"
+#include "waymark/mapping/solver/tag_place.hpp"
 
 namespace waymark {
 
@@ -46,7 +46,7 @@ void start_size(SceneMap& map, std::size_t size) {
   constexpr std::size_t kMinTerms = 4;
   constexpr double kMaxFactor = 2;
   Bundle& bundle = map.problem.bundle;
-  const std::vector<const CornerTerm*> terms = terms_beside_others(map, size);
+  const std::vector<const CornerTerm*> terms = terms_beside_others(bundle, map.placed, size);
   if (terms.size() < kMinTerms) return;
   TagSquares squares = squares_of(bundle, terms);
   const double factor = common_factor(bundle, terms, squares);

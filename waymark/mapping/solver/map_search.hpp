@@ -48,7 +48,9 @@ using MapProgress = std::function<bool(const std::string& stage, int iteration, 
 struct RejectedObservation {
   SensorTime stamp{};
   TagId tag{};
-  double chi2 = 0;  ///< with 8 degrees of freedom; infinite if the tag is not visible from the estimated pose
+  /// With 8 degrees of freedom. Infinite if the tag is not visible from the estimated pose, or if the
+  /// observation was excluded before the search.
+  double chi2 = 0;
 };
 
 }  // namespace waymark

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <set>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -130,7 +133,7 @@ class Confirmer {
       views_[seen[i].view].push_back(i);
       tags_[seen[i].tag].push_back(i);
     }
-    for (auto& view : views_) std::ranges::sort(view, {}, [&](std::size_t i) { return seen_[i].tag; });
+    for (auto& view : views_) std::ranges::stable_sort(view, {}, [&](std::size_t i) { return seen_[i].tag; });
   }
 
   Confirmation run() {
@@ -140,6 +143,16 @@ class Confirmer {
   }
 
  private:
+  /// For the root of each group of a tag, the views with one of its observations.
+  using ViewsOfGroups = std::map<std::size_t, std::set<std::size_t>>;
+
+  /// The end of the observations of the tag of the first one in a view. A view shows duplicate tags at once.
+  [[nodiscard]] std::size_t end_of_tag(const std::vector<std::size_t>& view, std::size_t first) const {
+    std::size_t end = first + 1;
+    while (end < view.size() && seen_[view[end]].tag == seen_[view[first]].tag) ++end;
+    return end;
+  }
+
   /// The smallest squared distance between the poses of a tag according to a common neighbour; infinite if
   /// there is no common neighbour. Tries at most `most` neighbours and returns as soon as a distance is below
   /// `enough`.
@@ -154,13 +167,18 @@ class Confirmer {
         ++(tag_a < tag_b ? i : j);
         continue;
       }
+      const std::size_t end_a = end_of_tag(in_a, i);
+      const std::size_t end_b = end_of_tag(in_b, j);
       if (tag_a != seen_[a].tag && seen_[in_a[i]].body == seen_[a].body) {
-        least = std::min(least, apart(a, in_a[i], b, in_b[j], enough));
-        --most;
+        for (std::size_t m = i; m < end_a && least >= enough; ++m) {
+          for (std::size_t n = j; n < end_b && least >= enough; ++n)
+            least = std::min(least, apart(a, in_a[m], b, in_b[n], enough));
+        }
         if (least < enough) return least;
+        --most;
       }
-      ++i;
-      ++j;
+      i = end_a;
+      j = end_b;
     }
     return least;
   }
@@ -227,31 +245,73 @@ class Confirmer {
   double scale() const {
     std::vector<double> apart;
     for (const std::vector<std::size_t>& of_tag : tags_) {
-      for (std::size_t k = 0; k + 1 < of_tag.size(); k += 4) {
-        const double d2 = apart_by_neighbours(of_tag[k], of_tag[k + 1], 0, 1);
+      for (std::size_t k = 0; k < of_tag.size(); k += 4) {
+        std::size_t next = k + 1;  // in another view, because two observations in one view show two tags
+        while (next < of_tag.size() && seen_[of_tag[next]].view == seen_[of_tag[k]].view) ++next;
+        if (next == of_tag.size()) break;
+        const double d2 = apart_by_neighbours(of_tag[k], of_tag[next], 0, 1);
         if (std::isfinite(d2)) apart.push_back(d2);
       }
     }
     return apart.empty() ? 1 : std::clamp(median(std::move(apart)) / kMedian6, 1.0, 1e4);
   }
 
+  /// Whether the tag has the same pose in both views, according to their images, a neighbour or the motion.
+  [[nodiscard]] bool agree(std::size_t a, std::size_t b) const {
+    return stays_in_image(a, b) || apart_by_neighbours(a, b, gate_, kMaxNeighbours) < gate_ ||
+           apart_by_motion(a, b) < gate_;
+  }
+
+  /// The observations of a tag in the view of one of them.
+  [[nodiscard]] std::vector<std::size_t> shown_with(std::size_t i) const {
+    std::vector<std::size_t> shown;
+    std::ranges::copy_if(views_[seen_[i].view], std::back_inserter(shown),
+                         [&](std::size_t other) { return seen_[other].tag == seen_[i].tag; });
+    return shown;
+  }
+
+  /// How different two observations of a tag are, by their neighbours, or by their places in the image.
+  [[nodiscard]] std::pair<double, double> difference(std::size_t a, std::size_t b) const {
+    return {apart_by_neighbours(a, b, 0, kMaxNeighbours), (seen_[a].centre_px - seen_[b].centre_px).norm()};
+  }
+
+  /// Whether no other observation of the tag in these two views fits one of them better.
+  [[nodiscard]] bool fit_best(std::size_t a, std::size_t b) const {
+    const std::vector<std::size_t> with_a = shown_with(a);
+    const std::vector<std::size_t> with_b = shown_with(b);
+    if (with_a.size() == 1 && with_b.size() == 1) return true;
+    const std::pair<double, double> here = difference(a, b);
+    return std::ranges::none_of(with_b, [&](std::size_t i) { return i != b && difference(a, i) < here; }) &&
+           std::ranges::none_of(with_a, [&](std::size_t i) { return i != a && difference(i, b) < here; });
+  }
+
   void join_observations(const std::vector<std::size_t>& of_tag) {
+    ViewsOfGroups views;
+    for (const std::size_t i : of_tag) views[i] = {seen_[i].view};
     for (std::size_t k = 0; k < of_tag.size(); ++k) {
       int joined = 0;
       for (std::size_t next = k + 1; next < of_tag.size() && next <= k + kMaxComparisons && joined < 2;
            ++next) {
-        if (groups_.root(of_tag[k]) == groups_.root(of_tag[next])) {
+        if (groups_.root(of_tag[k]) == groups_.root(of_tag[next]) ||
+            (seen_[of_tag[k]].view != seen_[of_tag[next]].view && agree(of_tag[k], of_tag[next]) &&
+             fit_best(of_tag[k], of_tag[next]) && join(of_tag[k], of_tag[next], views)))
           ++joined;
-          continue;
-        }
-        if (!stays_in_image(of_tag[k], of_tag[next]) &&
-            apart_by_neighbours(of_tag[k], of_tag[next], gate_, kMaxNeighbours) >= gate_ &&
-            apart_by_motion(of_tag[k], of_tag[next]) >= gate_)
-          continue;
-        groups_.join(of_tag[k], of_tag[next]);
-        ++joined;
       }
     }
+  }
+
+  /// Joins the groups of two observations, unless a view shows both groups. Returns whether it did.
+  bool join(std::size_t a, std::size_t b, ViewsOfGroups& views) {
+    std::size_t less = groups_.root(a);
+    std::size_t more = groups_.root(b);
+    if (views[less].size() > views[more].size()) std::swap(less, more);
+    std::set<std::size_t>& of_more = views[more];
+    if (std::ranges::any_of(views[less], [&](std::size_t view) { return of_more.contains(view); }))
+      return false;
+    groups_.join(less, more);
+    of_more.merge(views[less]);
+    views.erase(less);
+    return true;
   }
 
   /// Whether the observation affects other tags, through a neighbour in its view or through a known motion.
@@ -274,7 +334,14 @@ class Confirmer {
       for (std::size_t i : of_tag) alone += size[groups_.root(i)] == 1 && could_mislead(i) ? 1 : 0;
     }
     Confirmation result{.unconfirmed = std::vector<char>(seen_.size(), 0),
+                        .groups = std::vector<std::size_t>(seen_.size()),
                         .min_votes = votes_beyond_chance(alone, tags)};
+    std::vector<std::size_t> first(seen_.size(), seen_.size());  // of the group with this root
+    for (std::size_t i = 0; i < seen_.size(); ++i) {
+      std::size_t& of_group = first[groups_.root(i)];
+      of_group = std::min(of_group, i);
+      result.groups[i] = of_group;
+    }
     for (const std::vector<std::size_t>& of_tag : tags_) {
       std::size_t largest = 0;
       for (std::size_t i : of_tag) largest = std::max(largest, size[groups_.root(i)]);

@@ -56,6 +56,7 @@ struct ViewMotion {
 struct Confirmation {
   /// For each observation, whether it could have been confirmed but was not.
   std::vector<char> unconfirmed{};
+  std::vector<std::size_t> groups{};  ///< for each observation, the first one of its group
   int min_votes = 2;  ///< this many wrong ids agree by chance in less than one map in a hundred
 };
 
@@ -64,7 +65,11 @@ struct Confirmation {
 /// - the tag has the same pose according to a neighbour in both views or to the motion between the views;
 /// - the tag hardly moves in the image between successive views (misread ids come and go).
 ///
-/// Observations that confirm each other, directly or through others, form a group. An observation is
+/// Two observations in one view never do, because they show two tags. If a view shows a tag several times,
+/// only the one that fits best confirms an observation in another view.
+///
+/// Observations that confirm each other, directly or through others, form a group. A group has at most one
+/// observation in each view. An observation is
 /// unconfirmed if it is neither in the largest group of its tag nor in a group of at least `min_votes`. An
 /// observation in a view with no other tag and no known motion is never unconfirmed, because it cannot affect
 /// other tags. O(observations * tags per view) in the worst case, O(observations) if the ids are correct.

@@ -1,7 +1,10 @@
 // Observations that confirm each other, in views with known poses.
 #include "waymark/mapping/solver/pose_votes.hpp"
 
+#include <array>
+#include <cmath>
 #include <numeric>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -65,6 +68,48 @@ TEST(ConfirmedObservations, OnlyAMisreadIdIsUnconfirmed) {
     EXPECT_EQ(confirmation.unconfirmed[which], 1) << "seed " << seed;
     EXPECT_EQ(count(confirmation), 1) << "seed " << seed;
   }
+}
+
+/// The groups of the observations of this tag at this position.
+std::set<std::size_t> groups_at(const Row& row, const Confirmation& confirmation, std::size_t tag,
+                                std::size_t at) {
+  std::set<std::size_t> groups;
+  for (std::size_t i = 0; i < row.seen.size(); ++i) {
+    const double x = row.poses[i].front().value.translation().x() + Row::place(row.seen[i].view);
+    if (row.seen[i].tag == tag && std::abs(x - static_cast<double>(at)) < 0.1)
+      groups.insert(confirmation.groups[i]);
+  }
+  return groups;
+}
+
+TEST(ConfirmedObservations, DuplicateTagsInEachViewFormTwoGroups) {
+  Row row;
+  for (std::size_t view = 0; view < 60; ++view) {
+    row.see(view, 1);
+    for (const std::size_t tag : {2U, 3U, 4U}) {
+      row.see(view, tag);
+      row.see(view, tag, 3 * tag);  // not as far from each other as the first ones
+    }
+  }
+  const Confirmation confirmation = row.confirmed();
+  EXPECT_EQ(count(confirmation), 0);
+  for (const std::size_t tag : {2U, 3U, 4U}) {
+    const std::set<std::size_t> first = groups_at(row, confirmation, tag, tag);
+    const std::set<std::size_t> second = groups_at(row, confirmation, tag, 3 * tag);
+    EXPECT_EQ(first.size(), 1U);
+    EXPECT_EQ(second.size(), 1U);
+    EXPECT_NE(first, second) << tag;
+  }
+}
+
+TEST(ConfirmedObservations, ADuplicateTagConfirmsItsNeighboursInAnyOrderOfDetection) {
+  Row row;
+  for (std::size_t view = 0; view < 40; ++view) {
+    row.see(view, 5);
+    row.see(view, 2, view % 2 == 0 ? 2 : 4);
+    row.see(view, 2, view % 2 == 0 ? 4 : 2);
+  }
+  EXPECT_EQ(groups_at(row, row.confirmed(), 5, 5).size(), 1U);
 }
 
 TEST(ConfirmedObservations, TheOrderOfTagsInAViewDoesNotMatter) {
@@ -138,6 +183,52 @@ TEST(ConfirmedObservations, ATagThatJumpsInTheImageIsUnconfirmed) {
     if (row.seen[i].tag == 1 && row.seen[i].view >= 2) row.seen[i].centre_px.x() += 60;
   }
   EXPECT_EQ(row.confirmed().unconfirmed[1], 1);
+}
+
+TEST(ConfirmedObservations, TwoTagsWithOneIdAreTwoGroups) {
+  Row row = walk(200);
+  for (ViewedTag& seen : row.seen) seen.tag = seen.tag == 9 ? 1 : seen.tag;
+  const Confirmation confirmation = row.confirmed();
+  EXPECT_EQ(count(confirmation), 0);
+  for (std::size_t i = 0; i < row.seen.size(); ++i) {
+    const std::size_t first = confirmation.groups[i];
+    EXPECT_EQ(row.seen[first].tag, row.seen[i].tag);
+    EXPECT_EQ(confirmation.groups[first], first);
+    if (row.seen[i].tag == 1) EXPECT_EQ(row.seen[first].view, row.seen[i].view < 60 ? 0U : 140U) << i;
+  }
+}
+
+TEST(ConfirmedObservations, NearTagsWithOneIdInEachViewAreTwoGroups) {
+  // Their poses are so uncertain that each of them could be at the place of the other one.
+  for (const bool in_image : {false, true}) {
+    Random random(5);
+    Row row;
+    std::vector<std::size_t> print;
+    for (std::size_t view = 0; view < 40; ++view) {
+      row.see(view, 5);
+      row.see(view, 6);
+      row.see(view, 2);
+      row.see(view, 2);
+      const std::size_t first = row.seen.size() - 2 + view % 2;  // in any order
+      row.poses[first].front().value = SE3(SO3(), {0.27, 0, 0}) * row.poses[first].front().value;
+      for (std::size_t i = row.seen.size() - 4; i < row.seen.size(); ++i) {
+        SE3& cam_T_tag = row.poses[i].front().value;
+        cam_T_tag = SE3(SO3(), {0.02 * random.normal(), 0.02 * random.normal(), 0}) * cam_T_tag;
+        row.poses[i].front().covariance = 4e-3 * Matrix6::Identity();
+        print.push_back(i == first ? 1 : 0);
+      }
+    }
+    if (in_image) row.set_image_positions();
+    const Confirmation confirmation = row.confirmed();
+    EXPECT_EQ(count(confirmation), 0);
+    std::array<std::set<std::size_t>, 2> groups;
+    for (std::size_t i = 0; i < row.seen.size(); ++i) {
+      if (row.seen[i].tag == 2) groups.at(print[i]).insert(confirmation.groups[i]);
+    }
+    EXPECT_EQ(groups[0].size(), 1U) << in_image;
+    EXPECT_EQ(groups[1].size(), 1U) << in_image;
+    EXPECT_NE(groups[0], groups[1]) << in_image;
+  }
 }
 
 TEST(ConfirmedObservations, ATagAloneInItsViewIsNeverUnconfirmed) {

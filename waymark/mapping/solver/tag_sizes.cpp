@@ -6,6 +6,8 @@
 #include <numbers>
 #include <optional>
 
+#include "waymark/mapping/solver/tag_place.hpp"
+
 namespace waymark {
 namespace {
 
@@ -92,6 +94,14 @@ std::optional<std::size_t> next_size(const std::vector<SizeEstimate>& estimates,
   return worst->size;
 }
 
+/// Releases the last of these sizes.
+SizeCause release(Bundle& bundle, const SizeSearch& search, const std::vector<std::size_t>& released) {
+  if (search.cause) return search.cause(released, kReleasedSigma);
+  bundle.sizes[released.back()].sigma = kReleasedSigma;
+  search.adjust();
+  return SizeCause::Size;
+}
+
 }  // namespace
 
 ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSearch& search) {
@@ -117,12 +127,9 @@ ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSear
     });
     const auto size = next_size(estimates, assumed_sigma, search, settled);
     if (!size || unexplained >= kMaxUnexplained) break;
-    const Bundle before = bundle;
     settled.push_back(*size);
     result.released.push_back(*size);
-    bundle.sizes[*size].sigma = kReleasedSigma;
-    search.adjust(result.released);
-    const SizeCause cause = search.cause ? search.cause(*size, before) : SizeCause::Size;
+    const SizeCause cause = release(bundle, search, result.released);
     if (cause == SizeCause::Size) continue;
     bundle.sizes[*size].sigma = assumed_sigma;
     result.released.pop_back();
@@ -133,7 +140,7 @@ ReleasedSizes release_sizes(Bundle& bundle, double assumed_sigma, const SizeSear
     const bool released = std::ranges::find(result.released, i) != result.released.end();
     if (bundle.sizes[i].sigma > 0 && !released) bundle.sizes[i].sigma = result.spread;
   }
-  if (!settled.empty()) search.adjust(result.released);
+  if (!settled.empty()) search.adjust();
   return result;
 }
 
@@ -146,13 +153,9 @@ bool SizeObservations::contradict() const {
 }
 
 std::vector<SizeObservations> observations_by_size(const Bundle& bundle, const std::vector<char>& placed) {
-  const auto counts = [&](const CornerTerm& term) {
-    return term.size && (placed.empty() || (placed[term.rig] != 0 && placed[term.cam] != 0 &&
-                                            placed[term.body] != 0 && placed[term.tag] != 0));
-  };
   std::vector<SizeObservations> sizes(bundle.sizes.size());
   for (const CornerTerm& term : bundle.corners) {
-    if (!counts(term)) continue;
+    if (!term.size || !is_placed(term, placed)) continue;
     SizeObservations& of_tag = sizes[*term.size];
     ++(term.used ? of_tag.used : term.unconfirmed ? of_tag.unconfirmed : of_tag.rejected);
   }

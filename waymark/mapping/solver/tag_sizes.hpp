@@ -46,11 +46,12 @@ struct SizeSearch {
   /// Sizes of tags with many rejected observations, those with the largest share first. They are tried first,
   /// because the remaining observations of such a tag may fit any size.
   std::function<std::vector<std::size_t>()> suspects{};
-  /// Minimises the cost again after the priors of these sizes, or of all, have changed.
-  std::function<void(const std::vector<std::size_t>& released)> adjust{};
-  /// What explains the observations of a tag best, given the state of the bundle before the release. If it is
-  /// not the size, this function has changed the bundle accordingly. Without it, each release is kept.
-  std::function<SizeCause(std::size_t size, const Bundle& before)> cause{};
+  /// Minimises the cost again after the priors of sizes have changed.
+  std::function<void()> adjust{};
+  /// Releases the last of these sizes by giving it the standard deviation `sigma`, minimises the cost, and
+  /// returns what explains the observations of its tag best. If it is not the size, this function has changed
+  /// the bundle accordingly. Without it, each size is released, adjusted and kept.
+  std::function<SizeCause(const std::vector<std::size_t>& released, double sigma)> cause{};
 };
 
 /// Releases the sizes that contradict the observations by more than three standard deviations (3.5 in a map

@@ -5,7 +5,7 @@
 
 namespace waymark {
 
-/// A tag that was moved during the recording, in the reports of scenes and videos.
-[[nodiscard]] ReportFields fields(const MovedTag& moved);
+/// Two tags with one id, in the reports of scenes and videos.
+[[nodiscard]] ReportFields fields(const DuplicateTag& duplicate);
 
 }  // namespace waymark

@@ -1,4 +1,4 @@
-#include "waymark/mapping/scene/tag_place.hpp"
+#include "waymark/mapping/solver/tag_place.hpp"
 
 #include <array>
 #include <cstddef>
@@ -9,14 +9,20 @@
 
 namespace waymark {
 
-std::vector<const CornerTerm*> terms_beside_others(const SceneMap& map, std::size_t size) {
+bool is_placed(const CornerTerm& term, const std::vector<char>& placed) {
+  return placed.empty() ||
+         (placed[term.rig] != 0 && placed[term.cam] != 0 && placed[term.body] != 0 && placed[term.tag] != 0);
+}
+
+std::vector<const CornerTerm*> terms_beside_others(const Bundle& bundle, const std::vector<char>& placed,
+                                                   std::size_t size) {
   std::map<std::pair<PoseIndex, PoseIndex>, std::set<PoseIndex>> tags_in_use;
-  for (const CornerTerm& term : map.problem.bundle.corners) {
+  for (const CornerTerm& term : bundle.corners) {
     if (term.used) tags_in_use[{term.rig, term.body}].insert(term.tag);
   }
   std::vector<const CornerTerm*> terms;
-  for (const CornerTerm& term : map.problem.bundle.corners) {
-    if (term.size != size || !map.is_placed(term)) continue;
+  for (const CornerTerm& term : bundle.corners) {
+    if (term.size != size || !is_placed(term, placed)) continue;
     const auto others = tags_in_use.find({term.rig, term.body});
     if (others != tags_in_use.end() && others->second.size() > others->second.count(term.tag))
       terms.push_back(&term);
@@ -32,9 +38,6 @@ TagSquares squares_of(const Bundle& bundle, const std::vector<const CornerTerm*>
   return squares;
 }
 
-namespace {
-
-/// The votes for the pose of the terms' tag.
 std::vector<internal::Vote<SE3>> votes_for_tag(const Bundle& bundle,
                                                const std::vector<const CornerTerm*>& terms,
                                                const TagSquares& squares) {
@@ -48,17 +51,15 @@ std::vector<internal::Vote<SE3>> votes_for_tag(const Bundle& bundle,
       values[role] = {{bundle.poses[pose].value, known, 0}};
       sets[role] = &values[role];
     }
-    internal::Vote<SE3> vote = internal::vote_for(internal::Role::Tag, sets, squares[i]);
-    if (!vote.empty()) votes.push_back(std::move(vote));
+    votes.push_back(internal::vote_for(internal::Role::Tag, sets, squares[i]));
   }
   return votes;
 }
 
-}  // namespace
-
 std::optional<SE3> agreed_place(const Bundle& bundle, const std::vector<const CornerTerm*>& terms,
                                 const TagSquares& squares) {
-  const auto votes = votes_for_tag(bundle, terms, squares);
+  auto votes = votes_for_tag(bundle, terms, squares);
+  std::erase_if(votes, [](const internal::Vote<SE3>& vote) { return vote.empty(); });
   const auto agreed = internal::agree(votes, internal::kPoseGate);
   if (!agreed || 2 * static_cast<std::ptrdiff_t>(agreed->votes) < std::ssize(votes)) return std::nullopt;
   return agreed->value.mean;
