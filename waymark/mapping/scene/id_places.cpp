@@ -304,6 +304,7 @@ bool are_observed_at_once(const SceneMap& map, const IdPlace& a, const IdPlace& 
 bool are_apart_in_time(const std::vector<std::size_t>& first, const std::vector<std::size_t>& second) {
   constexpr double kMaxExceptionShare = 0.2;
   std::vector<std::pair<std::size_t, int>> both;
+  both.reserve(first.size() + second.size());
   for (const std::size_t frame : first) both.emplace_back(frame, 1);
   for (const std::size_t frame : second) both.emplace_back(frame, -1);
   std::ranges::sort(both);

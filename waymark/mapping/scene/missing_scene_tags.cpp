@@ -26,6 +26,7 @@ ObservationsByView observations_by_view(const SceneMap& map) {
 std::vector<DetectedTag> detected_tags(const SceneMap& map, const SceneView& view,
                                        const std::vector<std::size_t>& observations) {
   std::vector<DetectedTag> detected;
+  detected.reserve(view.detections.size() + observations.size());
   for (const TagDetection& seen : view.detections)
     detected.push_back({seen.tag, center_px(seen.corners_px), false});
   for (const std::size_t i : observations) {
