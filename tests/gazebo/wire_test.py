@@ -200,7 +200,7 @@ class Alone(Wire):
         self.until(lambda: lines)
         robot.stdin.write(MOVE)
         robot.stdin.flush()
-        self.assertIn("command", sim.stderr.readline())
+        self.assertIn("command", wire_driver.next_report(sim))
 
     def test_one_driver_and_one_simulator_at_a_time(self):
         late = self.start(PROGRAM, "gazebo", "robot", "limo", stdin=subprocess.DEVNULL)

@@ -223,7 +223,7 @@ class Simulated(Lcm):
         self.assertIn(f"{self.url} and ", sim.stderr.readline())
         robot = self.start(PROGRAM, "mbot", "robot", self.url, stdin=subprocess.PIPE)
         wire_driver.greet(robot)
-        self.assertIn("command", sim.stderr.readline())
+        self.assertIn("command", wire_driver.next_report(sim))
         code, _, words = wire_driver.end_of([PROGRAM, "robot-sim", "mbot", self.url, "--world", "mbot-square", "--images"])
         self.assertEqual(code, 2, words)
         self.assertRegex(words, "'--images'.*`waymark robot-sim mbot`")

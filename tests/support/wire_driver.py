@@ -49,6 +49,13 @@ def doctor(program, robot, environment=None):
     return {line["check"]: line for line in json.loads(end_of(words, environment)[1])["checks"]}
 
 
+def next_report(simulator):
+    """The next line that a simulated robot prints, except for those that report a pause of a busy computer."""
+    while "was suspended" in (line := simulator.stderr.readline()):
+        pass
+    return line
+
+
 def main():
     watchdog, *command = sys.argv[1:]
     robot = subprocess.Popen([watchdog, "--exec", *command], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
