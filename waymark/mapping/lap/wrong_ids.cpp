@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <ranges>
@@ -280,15 +281,40 @@ SecondSite second_site(const DividedTag& tag, std::size_t site) {
   return closest;
 }
 
-/// Whether a site was observed both just before and just after this point of the drive.
-bool steady(const WheelSite& site, double driven_m) {
-  constexpr auto kMinObservationsAround = 4;
-  const auto within = [&](double from, double to) {
-    return std::ranges::count_if(
-        site.seen, [&](const WheelObservation& s) { return s.driven_m >= from && s.driven_m < to; });
-  };
-  return within(driven_m - kSoon_m, driven_m) >= kMinObservationsAround &&
-         within(driven_m, driven_m + kSoon_m) >= kMinObservationsAround;
+/// Observations around a point of the drive, and their displacement from those before it to those after it.
+struct Displacement {
+  int before = 0, after = 0;  ///< number of observations
+  double length_m = 0;        ///< 0 if there are none before or after
+  double distance_m = 0;      ///< mean distance of the tag from the camera
+};
+
+Displacement displacement_at(double driven_m, std::initializer_list<const WheelSite*> sites) {
+  Displacement result;
+  Eigen::Vector2d before = Eigen::Vector2d::Zero();
+  Eigen::Vector2d after = Eigen::Vector2d::Zero();
+  for (const WheelSite* site : sites) {
+    for (const WheelObservation& seen : site->seen) {
+      if (seen.driven_m < driven_m - kSoon_m || seen.driven_m >= driven_m + kSoon_m) continue;
+      const bool is_after = seen.driven_m >= driven_m;
+      (is_after ? after : before) += seen.odom_p;
+      ++(is_after ? result.after : result.before);
+      result.distance_m += seen.distance_m;
+    }
+  }
+  if (result.before == 0 || result.after == 0) return result;
+  result.length_m = (after / result.after - before / result.before).norm();
+  result.distance_m /= result.before + result.after;
+  return result;
+}
+
+/// Whether a site was observed both just before and just after a jump, and would have jumped with an error of
+/// odometry. An error of its turns displaces a nearer tag less.
+bool is_still(const WheelSite& site, double driven_m, const Displacement& jump) {
+  constexpr int kMinObservationsAround = 4;
+  constexpr double kMaxShare = 0.5;  // of the displacement that an error of odometry would cause
+  const Displacement here = displacement_at(driven_m, {&site});
+  if (std::min(here.before, here.after) < kMinObservationsAround) return false;
+  return here.length_m < kMaxShare * jump.length_m * std::min(1.0, here.distance_m / jump.distance_m);
 }
 
 std::size_t main_of(const std::vector<WheelSite>& sites) {
@@ -326,8 +352,11 @@ std::vector<DividedTag> divided_tags(const Sites& all, const TagId& anchor) {
   return tags;
 }
 
-/// Whether, at the time of the jump, more tags were stationary than jumped.
-bool alone_in_jumping(const SecondSite& jumped, const std::vector<DividedTag>& tags, const Sites& all) {
+/// Whether, at the time of the jump, at least as many tags were stationary as jumped. With an error of
+/// odometry instead, all stationary tags would have been moved at this time, which is one change more.
+bool jumped_without_others(const DividedTag& of, const SecondSite& jumped,
+                           const std::vector<DividedTag>& tags, const Sites& all) {
+  const Displacement jump = displacement_at(jumped.driven_m, {of.sites[jumped.site], of.sites[jumped.other]});
   const auto jumps = std::ranges::count_if(tags, [&](const DividedTag& tag) {
     return std::ranges::any_of(tag.seconds, [&](const SecondSite& other) {
       return other.how == Second::Jumped && std::abs(other.driven_m - jumped.driven_m) < kSoon_m;
@@ -335,9 +364,9 @@ bool alone_in_jumping(const SecondSite& jumped, const std::vector<DividedTag>& t
   });
   const auto still = std::ranges::count_if(all, [&](const auto& of_tag) {
     return std::ranges::any_of(of_tag.second,
-                               [&](const WheelSite& site) { return steady(site, jumped.driven_m); });
+                               [&](const WheelSite& site) { return is_still(site, jumped.driven_m, jump); });
   });
-  return still > jumps;
+  return still >= jumps;
 }
 
 /// The number of tags that were passed twice and observed in only one place.
@@ -358,7 +387,7 @@ void accept(const Sites& all, std::vector<DividedTag>& tags) {
   for (DividedTag& tag : tags) {
     for (SecondSite& second : tag.seconds)
       second.accepted = second.how == Second::ByTurns ||
-                        (second.how == Second::Jumped && alone_in_jumping(second, tags, all)) ||
+                        (second.how == Second::Jumped && jumped_without_others(tag, second, tags, all)) ||
                         (second.how == Second::Later && wheels_are_right);
   }
 }

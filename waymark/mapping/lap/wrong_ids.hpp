@@ -47,10 +47,11 @@ struct WheelSite {
 ///
 /// - If the id alternates between two places, there are two tags, whatever odometry indicates. The place with
 ///   the most observations remains.
-/// - If it changes its place from one frame to the next, the tag was moved, unless most tags in view jumped,
-///   too. Its last place remains, however often it was moved. For the anchor, the first one remains, because
-///   LapInput::map_T_anchor applies to it. If that place has only a few observations, they may be poor ones.
-///   The place with the most observations then remains.
+/// - If it changes its place from one frame to the next, the tag was moved, unless more tags jumped at this
+///   time than were stationary. A tag is stationary if an error of odometry would have displaced it
+///   significantly more. The last place of the moved tag remains, however often it was moved. For the anchor,
+///   the first one remains, because LapInput::map_T_anchor applies to it. If that place has only a few
+///   observations, they may be poor ones. The place with the most observations then remains.
 /// - If it is in another place later, odometry is decisive, unless it indicates two places for more tags than
 ///   it finds again in one place. The place with the most observations remains.
 ///

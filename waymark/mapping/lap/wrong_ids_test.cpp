@@ -77,6 +77,14 @@ struct Drive {
     }
   }
 
+  /// Removes all tags except these.
+  void keep_only(const std::set<TagId>& tags) {
+    for (std::size_t f = 0; f < observed.size(); ++f) {
+      std::erase_if(observed[f].tags, [&](const TagPoseObservation& s) { return !tags.contains(s.tag); });
+      std::erase_if(lap.frames[f].detections, [&](const TagDetection& s) { return !tags.contains(s.tag); });
+    }
+  }
+
   void rename(const TagId& from, const TagId& to) {
     for (std::size_t f = 0; f < observed.size(); ++f) {
       for (TagPoseObservation& seen : observed[f].tags) seen.tag = seen.tag == from ? to : seen.tag;
@@ -188,6 +196,28 @@ TEST(DuplicateTags, IfAllTagsJumpItIsOdometry) {
   Drive drive;
   for (int number = 0; number < 18; ++number) drive.move(tag(number), 200, kFrames, {0.25, 0.1});
   EXPECT_TRUE(drive.second().empty());
+}
+
+TEST(DuplicateTags, OneStationaryTagShowsThatOdometryIsRight) {
+  Drive alone;
+  alone.keep_only({tag(8)});
+  alone.move(tag(8), 200, kFrames, {0.2, 0.15});
+  EXPECT_TRUE(alone.second().empty()) << "the tag or odometry";
+  Drive both;
+  both.keep_only({tag(8), tag(9)});
+  both.move(tag(8), 200, kFrames, {0.2, 0.15});
+  expect_excluded(both, tag(8), 0, 200);
+  both.move(tag(9), 200, kFrames, {0.2, 0.15});
+  EXPECT_TRUE(both.second().empty()) << "an error of odometry";
+}
+
+TEST(DuplicateTags, ATagThatIsDisplacedLessDoesNotShowThatOdometryIsRight) {
+  Drive drive;
+  drive.keep_only({tag(8), tag(11)});
+  drive.move(tag(11), 215, kFrames, {0.144, 0.108});
+  expect_excluded(drive, tag(11), 0, 215);
+  drive.move(tag(8), 215, kFrames, {0.072, 0.054});  // no jump, because the pose errors are almost as large
+  EXPECT_TRUE(drive.second().empty()) << "odometry turned the wrong way, and tag 8 is nearer";
 }
 
 TEST(DuplicateTags, DistantPlacesCountIfOdometryFindsOtherTagsAgain) {
