@@ -647,13 +647,8 @@ ReportFields fields(const MapReport& report) {
        part(bundle, &BundleFigures::correlated_frames)},
       {"wrong_sizes", "Tags whose given size contradicts the observations; the map has the size found",
        part(bundle, &BundleFigures::wrong_sizes)},
-      {"moved_tags", "Tags that were moved during the recording; the map has their last pose",
-       part(bundle, &BundleFigures::moved_tags)},
-      {"missing_tags",
-       "Tags that were expected in images since their last observation, if any, but observed in none: taken "
-       "away or "
-       "hidden; the map still contains them",
-       part(bundle, &BundleFigures::missing_tags)},
+      {"moved_tags", kMovedTagsHelp, part(bundle, &BundleFigures::moved_tags)},
+      {"missing_tags", kMissingTagsHelp, part(bundle, &BundleFigures::missing_tags)},
       {"size_spread_percent", "Standard deviation of the other printed sizes, in percent of the given sizes",
        part(bundle, [](const BundleFigures& b) { return 100 * b.size_spread; })},
       {"observations_rejected", "Observations rejected as outliers", part(bundle, &BundleFigures::rejected)},

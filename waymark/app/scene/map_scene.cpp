@@ -341,15 +341,9 @@ ReportFields fields(const MapSceneReport& report) {
        map.odometry_ratio},
       {"wrong_sizes", "Tags whose given size contradicts the observations; the map has the size found",
        map.wrong_sizes},
-      {"moved_tags", "Tags that were moved during the recording; the map has their last pose",
-       map.moved_tags},
-      {"missing_tags",
-       "Tags that were expected in images since their last observation, if any, but observed in none: taken "
-       "away or "
-       "hidden; the map still contains them",
-       map.missing_tags},
-      {"duplicate_ids", "Ids that two tags carry, with one entry per tag that is not in the map",
-       map.duplicate_tags},
+      {"moved_tags", kMovedTagsHelp, map.moved_tags},
+      {"missing_tags", kMissingTagsHelp, map.missing_tags},
+      {"duplicate_ids", kDuplicateIdsHelp, map.duplicate_tags},
       {"size_spread_percent", "Standard deviation of the other printed sizes, in percent of the given sizes",
        100 * map.size_spread},
       {"correlated_images", "Number of images that count as one, because their corner errors are correlated",

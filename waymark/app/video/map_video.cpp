@@ -453,15 +453,9 @@ ReportFields fields(const MapVideoReport& report) {
        report.corner_chi2_per_dof},
       {"wrong_sizes", "Tags whose given size contradicts the observations; the map has the size found",
        report.map.wrong_sizes},
-      {"moved_tags", "Tags that were moved during the recording; the map has their last pose",
-       report.map.moved_tags},
-      {"missing_tags",
-       "Tags that were expected in images since their last observation, if any, but observed in none: taken "
-       "away or "
-       "hidden; the map still contains them",
-       report.map.missing_tags},
-      {"duplicate_ids", "Ids that two tags carry, with one entry per tag that is not in the map",
-       report.map.duplicate_tags},
+      {"moved_tags", kMovedTagsHelp, report.map.moved_tags},
+      {"missing_tags", kMissingTagsHelp, report.map.missing_tags},
+      {"duplicate_ids", kDuplicateIdsHelp, report.map.duplicate_tags},
       {"size_spread_percent", "Standard deviation of the other printed sizes, in percent of the given sizes",
        100 * report.map.size_spread},
       {"size_scale", "Factor from the given size to the estimated size of all tags; 1 without distances",
