@@ -41,9 +41,12 @@ bool gate_observations(Bundle& bundle, double gate) {
 /// observations of a tag determine, but it correlates the poses that redundancy_of() regards as independent.
 std::vector<double> redundancy_of_corners(LapBundle& lap) {
   const std::vector<BundleSize> sizes = lap.bundle.sizes;
+  const BundleSize common_size = lap.bundle.common_size;
   for (BundleSize& size : lap.bundle.sizes) size.sigma = 0;
+  lap.bundle.common_size.sigma = 0;
   std::vector<double> redundancy = internal::redundancy_of(lap);
   lap.bundle.sizes = sizes;
+  lap.bundle.common_size = common_size;
   return redundancy;
 }
 

@@ -179,6 +179,7 @@ LapBundle part_of(const LapBundle& lap, std::size_t first, std::size_t last) {
                  .poses = all.poses,
                  .odometry_scales = all.odometry_scales,
                  .sizes = all.sizes,
+                 .common_size = all.common_size,
                  .priors = all.priors,
                  .pair_priors = all.pair_priors};
   std::ranges::copy_if(all.corners, std::back_inserter(part.bundle.corners),

@@ -18,6 +18,11 @@ namespace {
 
 using Part = BlockSystem::Part;
 
+/// The point in the frame of its tag.
+Eigen::Vector3d scaled_point(const Bundle& bundle, const BundlePoint& p) {
+  return std::exp(bundle.common_size.log_scale) * p.tag_p;
+}
+
 /// Accumulates terms, with one overload for each kind of term.
 class Accumulator {
  public:
@@ -134,19 +139,23 @@ class Accumulator {
     const Row J_body_b = -J * b.J_p_body;
     const Row J_tag_a = J * a.J_p_tag;
     const Row J_tag_b = -J * b.J_p_tag;
-    add(r, std::array<Part, 4>{{{at(term.a.body), columns(J_body_a)},
+    const Eigen::Matrix<double, 1, 1> J_size(J * (by_common_size(term.a) - by_common_size(term.b)));
+    add(r, std::array<Part, 5>{{{at(term.a.body), columns(J_body_a)},
                                 {same_body > 0 ? -1 : at(term.b.body), columns(J_body_b)},
                                 {at(term.a.tag), columns(J_tag_a)},
-                                {at(term.b.tag), columns(J_tag_b)}}});
+                                {at(term.b.tag), columns(J_tag_b)},
+                                {unknowns_.of_common_size, J_size}}});
   }
 
   void operator()(const PointCoordinateTerm& term) {
     const TagPoint p = point(term.point);
     const Row J_body = term.direction.transpose() * p.J_p_body / term.sigma_m;
     const Row J_tag = term.direction.transpose() * p.J_p_tag / term.sigma_m;
+    const Eigen::Matrix<double, 1, 1> J_size(term.direction.dot(by_common_size(term.point)) / term.sigma_m);
     const Eigen::Matrix<double, 1, 1> r((term.direction.dot(p.map_p) - term.measured_m) / term.sigma_m);
-    add(r,
-        std::array<Part, 2>{{{at(term.point.body), columns(J_body)}, {at(term.point.tag), columns(J_tag)}}});
+    add(r, std::array<Part, 3>{{{at(term.point.body), columns(J_body)},
+                                {at(term.point.tag), columns(J_tag)},
+                                {unknowns_.of_common_size, J_size}}});
   }
 
   void operator()(const DirectionTerm& term) {
@@ -176,11 +185,20 @@ class Accumulator {
   }
 
   void prior_of_size(std::size_t i) {
-    if (unknowns_.of_sizes[i] < 0) return;
     const BundleSize& size = bundle_.sizes[i];
+    if (unknowns_.of_sizes[i] < 0 || !(size.sigma > 0)) return;
+    const Eigen::Matrix<double, 1, 1> J(1 / size.sigma);
+    const Eigen::Matrix<double, 1, 1> J_common = -J;
+    add(Eigen::Matrix<double, 1, 1>((size.log_scale - bundle_.common_size.log_scale) / size.sigma),
+        std::array<Part, 2>{{{unknowns_.of_sizes[i], J}, {unknowns_.of_common_size, J_common}}});
+  }
+
+  void prior_of_common_size() {
+    if (unknowns_.of_common_size < 0) return;
+    const BundleSize& size = bundle_.common_size;
     const Eigen::Matrix<double, 1, 1> J(1 / size.sigma);
     add(Eigen::Matrix<double, 1, 1>(size.log_scale / size.sigma),
-        std::array<Part, 1>{{{unknowns_.of_sizes[i], J}}});
+        std::array<Part, 1>{{{unknowns_.of_common_size, J}}});
   }
 
   [[nodiscard]] double cost() const { return cost_; }
@@ -189,7 +207,11 @@ class Accumulator {
   using Row = Eigen::Matrix<double, 1, 6>;
 
   [[nodiscard]] TagPoint point(const BundlePoint& p) const {
-    return tag_point(pose(p.body), pose(p.tag), p.tag_p);
+    return tag_point(pose(p.body), pose(p.tag), scaled_point(bundle_, p));
+  }
+  /// The derivative of the point in the map by the logarithm of the common size.
+  [[nodiscard]] Eigen::Vector3d by_common_size(const BundlePoint& p) const {
+    return pose(p.body).rotation() * (pose(p.tag).rotation() * scaled_point(bundle_, p));
   }
   [[nodiscard]] const SE3& pose(PoseIndex i) const { return bundle_.poses[i].value; }
   [[nodiscard]] int at(PoseIndex i) const { return unknowns_.of_pose[i]; }
@@ -249,15 +271,23 @@ void add_intrinsics(const Bundle& bundle, Unknowns& unknowns) {
   }
 }
 
-/// Adds the sizes that are not exact and have terms in use.
+/// Adds the sizes that are not exact and have terms in use, and their common one.
 void add_sizes(const Bundle& bundle, Unknowns& unknowns) {
+  const auto add = [&] {
+    unknowns.dimensions.push_back(1);
+    return static_cast<int>(unknowns.dimensions.size()) - 1;
+  };
+  const bool has_common = bundle.common_size.sigma > 0;
+  int& common = unknowns.of_common_size;
   unknowns.of_sizes.assign(bundle.sizes.size(), -1);
   for (const CornerTerm& term : bundle.corners) {
-    if (!term.used || !term.size || !(bundle.sizes[*term.size].sigma > 0)) continue;
+    const bool deviates = term.size && bundle.sizes[*term.size].sigma > 0;
+    if (!term.used || !term.size || !(deviates || has_common)) continue;
     int& size = unknowns.of_sizes[*term.size];
+    if (has_common && common < 0) common = add();
     if (size < 0) {
-      size = static_cast<int>(unknowns.dimensions.size());
-      unknowns.dimensions.push_back(1);
+      size = deviates ? add() : common;
+      if (deviates && has_common) unknowns.couplings.emplace_back(common, size);
     }
     for (PoseIndex pose : {term.rig, term.cam, term.body, term.tag}) {
       if (unknowns.of_pose[pose] >= 0) unknowns.couplings.emplace_back(unknowns.of_pose[pose], size);
@@ -265,6 +295,17 @@ void add_sizes(const Bundle& bundle, Unknowns& unknowns) {
     const int lens = unknowns.of_intrinsics.empty() ? -1 : unknowns.of_intrinsics[term.camera];
     if (lens >= 0) unknowns.couplings.emplace_back(lens, size);
   }
+  const auto couple_with_common = [&](const BundlePoint& p) {
+    for (const PoseIndex pose : {p.body, p.tag}) {
+      if (common >= 0 && unknowns.of_pose[pose] >= 0)
+        unknowns.couplings.emplace_back(unknowns.of_pose[pose], common);
+    }
+  };
+  for (const PointDistanceTerm& term : bundle.point_distances) {
+    couple_with_common(term.a);
+    couple_with_common(term.b);
+  }
+  for (const PointCoordinateTerm& term : bundle.point_coordinates) couple_with_common(term.point);
 }
 
 }  // namespace
@@ -315,6 +356,7 @@ double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_
   for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) sum.prior_of_scales(i);
   for (std::size_t i = 0; i < unknowns.of_intrinsics.size(); ++i) sum.prior_of_intrinsics(i);
   for (std::size_t i = 0; i < unknowns.of_sizes.size(); ++i) sum.prior_of_size(i);
+  sum.prior_of_common_size();
   return sum.cost();
 }
 
@@ -342,13 +384,14 @@ void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::Vec
     bundle.intrinsics[i].possible = moved && (moved->reaches_an_edge() || !camera.reaches_an_edge());
     if (bundle.intrinsics[i].possible) camera = *moved;
   }
-  constexpr double kMaxLogScale = 0.7;  // a factor of two
-  for (std::size_t i = 0; i < unknowns.of_sizes.size(); ++i) {
-    const int unknown = unknowns.of_sizes[i];
-    if (unknown < 0) continue;
-    double& log_scale = bundle.sizes[i].log_scale;
+  const auto apply_to = [&](int unknown, double& log_scale) {
+    constexpr double kMaxLogScale = 0.7;  // a factor of two
+    if (unknown < 0) return;
     log_scale = std::clamp(log_scale + step[system.offset(unknown)], -kMaxLogScale, kMaxLogScale);
-  }
+  };
+  for (std::size_t i = 0; i < unknowns.of_sizes.size(); ++i)
+    apply_to(unknowns.of_sizes[i], bundle.sizes[i].log_scale);
+  apply_to(unknowns.of_common_size, bundle.common_size.log_scale);
 }
 
 }  // namespace waymark::internal
@@ -362,6 +405,10 @@ CornerPoses poses_of(const Bundle& bundle, const CornerTerm& term) {
 
 double side_m(const Bundle& bundle, const CornerTerm& term) {
   return term.factor.size_m * (term.size ? std::exp(bundle.sizes[*term.size].log_scale) : 1);
+}
+
+Eigen::Vector3d map_point(const Bundle& bundle, const BundlePoint& p) {
+  return bundle.poses[p.body].value * (bundle.poses[p.tag].value * internal::scaled_point(bundle, p));
 }
 
 namespace {
@@ -392,6 +439,7 @@ struct Values {
   std::vector<CameraModel> cameras;
   std::vector<BundleIntrinsics> intrinsics;
   std::vector<BundleSize> sizes;
+  BundleSize common_size;
 };
 
 /// Adapts a bundle to levenberg_marquardt(). Contains the normal equations and their factorisation.
@@ -423,7 +471,8 @@ class BundleProblem {
   }
   void retract(const Eigen::VectorXd& step) { internal::apply(unknowns_, system_, step, bundle_); }
   [[nodiscard]] Values values() const {
-    return {bundle_.poses, bundle_.odometry_scales, bundle_.cameras, bundle_.intrinsics, bundle_.sizes};
+    return {bundle_.poses,      bundle_.odometry_scales, bundle_.cameras,
+            bundle_.intrinsics, bundle_.sizes,           bundle_.common_size};
   }
   void restore(const Values& values) {
     bundle_.poses = values.poses;
@@ -431,6 +480,7 @@ class BundleProblem {
     bundle_.cameras = values.cameras;
     bundle_.intrinsics = values.intrinsics;
     bundle_.sizes = values.sizes;
+    bundle_.common_size = values.common_size;
   }
 
  private:
@@ -503,12 +553,14 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   result.scales.assign(bundle.odometry_scales.size(), Matrix6::Zero());
   result.intrinsics.resize(bundle.cameras.size());
   result.sizes.assign(bundle.sizes.size(), 0);
+  result.size_deviations = result.sizes;
   internal::Unknowns unknowns = internal::unknowns_of(bundle);
   if (unknowns.dimensions.empty()) return result;
   result.pairs.assign(pairs.size(), Matrix6::Zero());
   std::vector<std::pair<int, int>> wanted;
   wanted.reserve(pairs.size());
   for (const auto& [a, b] : pairs) wanted.emplace_back(unknowns.of_pose[a], unknowns.of_pose[b]);
+  for (const int size : unknowns.of_sizes) wanted.emplace_back(size, unknowns.of_common_size);
   const auto both = [](const std::pair<int, int>& pair) { return pair.first >= 0 && pair.second >= 0; };
   std::ranges::copy_if(wanted, std::back_inserter(unknowns.couplings), both);
   BlockSystem system(unknowns.dimensions, unknowns.couplings);
@@ -534,6 +586,8 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
     for (std::size_t i = 0; i < unknowns.of_sizes.size(); ++i) {
       if (unknowns.of_sizes[i] >= 0) result.sizes[i] = block_of(unknowns.of_sizes[i])(0, 0);
     }
+    if (unknowns.of_common_size >= 0) result.common_size = block_of(unknowns.of_common_size)(0, 0);
+    result.size_deviations = result.sizes;
   };
   const internal::FrontPlan fronts = internal::front_plan(system);
   internal::FrontCholesky cholesky(system, fronts);
@@ -555,11 +609,16 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   const std::size_t all = diagonal.size();
   std::ranges::copy_if(wanted, std::back_inserter(diagonal), both);
   const std::vector<Eigen::MatrixXd> blocks = cholesky.inverse_blocks(diagonal);
+  read([&](int unknown) -> const Eigen::MatrixXd& { return blocks[static_cast<std::size_t>(unknown)]; });
   std::size_t next = all;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    if (both(wanted[i])) result.pairs[i] = blocks[next++];
+    if (!both(wanted[i])) continue;
+    const Eigen::MatrixXd& cross = blocks[next++];
+    if (i < pairs.size())
+      result.pairs[i] = cross;
+    else
+      result.size_deviations[i - pairs.size()] += result.common_size - 2 * cross(0, 0);
   }
-  read([&](int unknown) -> const Eigen::MatrixXd& { return blocks[static_cast<std::size_t>(unknown)]; });
   return result;
 }
 

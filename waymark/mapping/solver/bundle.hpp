@@ -48,7 +48,9 @@ struct CornerTerm {
 /// long.
 struct BundleSize {
   double log_scale = 0;
-  double sigma = 0;  ///< standard deviation of the prior, whose mean is 0; 0 if the size is exact
+  /// Standard deviation of the prior, whose mean is Bundle::common_size. If 0, the size has no deviation of
+  /// its own.
+  double sigma = 0;
 };
 
 struct PriorTerm {
@@ -84,7 +86,8 @@ struct CoordinateTerm {
   CoordinateFactor factor{};
 };
 
-/// A point on a tag, given by its body, the pose of the tag on the body, and the point in the tag's frame.
+/// A point on a tag, given by its body, the pose of the tag on the body, and the point in the tag's frame,
+/// which Bundle::common_size scales.
 struct BundlePoint {
   PoseIndex body = 0, tag = 0;
   Eigen::Vector3d tag_p = Eigen::Vector3d::Zero();
@@ -132,6 +135,9 @@ struct Bundle {
   std::vector<BundlePose> poses{};
   std::vector<BundleScales> odometry_scales{};
   std::vector<BundleSize> sizes{};
+  /// The error that all `sizes` share, with a prior whose mean is 0. If its sigma is 0, there is none. Sizes
+  /// without a sigma of their own are then equal to it.
+  BundleSize common_size{};
   std::vector<CornerTerm> corners{};
   std::vector<PriorTerm> priors{};
   std::vector<PairPriorTerm> pair_priors{};
@@ -154,6 +160,8 @@ struct Bundle {
 [[nodiscard]] CornerPoses poses_of(const Bundle& bundle, const CornerTerm& term);
 /// The side of its tag [m].
 [[nodiscard]] double side_m(const Bundle& bundle, const CornerTerm& term);
+/// The point in the map.
+[[nodiscard]] Eigen::Vector3d map_point(const Bundle& bundle, const BundlePoint& p);
 
 struct BundleOptions {
   int max_iterations = 100;
@@ -215,7 +223,9 @@ struct BundleCovariance {
   std::vector<Matrix6> poses{};
   std::vector<Matrix6> scales{};              ///< in the order of OdometryScales::vector(); zero if fixed
   std::vector<Eigen::MatrixXd> intrinsics{};  ///< for each camera; empty if fixed
-  std::vector<double> sizes{};  ///< variance of each log_scale; zero if exact or in no term in use
+  std::vector<double> sizes{};            ///< variance of each log_scale; zero if exact or in no term in use
+  std::vector<double> size_deviations{};  ///< variance of each log_scale minus the common one
+  double common_size = 0;                 ///< variance of the common one; zero like that of a size
   std::vector<std::size_t> undetermined{};  ///< indices of poses with an undetermined direction
   /// Cross-covariances of the requested pairs (rows: first pose, columns: second pose).
   std::vector<Matrix6> pairs{};
@@ -235,7 +245,8 @@ struct Unknowns {
   std::vector<int> of_pose{};  ///< index of each pose's unknown; -1 if the pose is fixed or in no term
   std::vector<int> of_scales{};
   std::vector<int> of_intrinsics{};  ///< for each camera; empty if all are fixed
-  std::vector<int> of_sizes{};
+  std::vector<int> of_sizes{};       ///< that of the common size for a size without a deviation of its own
+  int of_common_size = -1;
   std::vector<int> dimensions{};
   std::vector<std::pair<int, int>> couplings{};
 };

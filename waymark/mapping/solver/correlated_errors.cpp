@@ -76,7 +76,8 @@ Bundle without_terms(const Bundle& all) {
           .intrinsics = all.intrinsics,
           .poses = all.poses,
           .odometry_scales = all.odometry_scales,
-          .sizes = all.sizes};
+          .sizes = all.sizes,
+          .common_size = all.common_size};
 }
 
 /// The measurements in stretch `which` and the priors on its poses; if `which` is -1, the priors on poses in

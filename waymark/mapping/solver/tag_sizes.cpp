@@ -21,11 +21,12 @@ std::vector<SizeEstimate> size_estimates(const Bundle& bundle, const BundleCovar
   std::vector<SizeEstimate> estimates;
   for (std::size_t i = 0; i < bundle.sizes.size(); ++i) {
     const double prior = bundle.sizes[i].sigma * bundle.sizes[i].sigma;
-    const double posterior = covariance.sizes[i];
+    const double posterior = covariance.size_deviations[i];
     const double removed = prior - posterior;
     if (!(posterior > 0) || removed < kLeastInformation * prior) continue;
-    estimates.push_back(
-        {i, bundle.sizes[i].log_scale * prior / removed, std::sqrt(prior * posterior / removed)});
+    const double variance = prior * posterior / removed;
+    estimates.push_back({i, (bundle.sizes[i].log_scale - bundle.common_size.log_scale) * prior / removed,
+                         std::sqrt(variance), std::sqrt(variance + covariance.sizes[i] - posterior)});
   }
   return estimates;
 }
@@ -212,7 +213,7 @@ std::optional<WrongSize> wrong_size(const TagId& tag, double given_m, std::size_
   const auto estimate = std::ranges::find(estimates, size, &SizeEstimate::size);
   if (estimate == estimates.end()) return std::nullopt;
   const double found_m = given_m * std::exp(bundle.sizes[size].log_scale);
-  return WrongSize{tag, given_m, found_m, estimate->sigma * found_m, deviations(*estimate, spread)};
+  return WrongSize{tag, given_m, found_m, estimate->side_sigma * found_m, deviations(*estimate, spread)};
 }
 
 }  // namespace waymark

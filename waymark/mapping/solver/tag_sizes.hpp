@@ -15,11 +15,13 @@
 /// is beyond that prior; it is found here, and released from it.
 namespace waymark {
 
-/// The size of a tag according to the observations alone, without its prior.
+/// The deviation of a printed size from the common size of all tags (Bundle::common_size) according to the
+/// observations, without its prior.
 struct SizeEstimate {
   std::size_t size = 0;  ///< index into Bundle::sizes
   double log_scale = 0;
-  double sigma = 0;  ///< standard deviation of log_scale
+  double sigma = 0;       ///< standard deviation of log_scale
+  double side_sigma = 0;  ///< of the logarithm of the side, which also contains the common size
 };
 
 /// The estimates for all sizes with a prior. Let s^2 be the variance of the prior, and x and v the mean and
