@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -41,17 +42,27 @@ template <HasFields Options>
 /// The error for a number outside its field's range.
 [[nodiscard]] tl::unexpected<Error> outside_range(double number, const Field& field);
 
+/// Whether a field is a number that may be empty, because its default depends on other values.
+template <class Value>
+inline constexpr bool kIsOptionalNumber = false;
+template <class Number>
+inline constexpr bool kIsOptionalNumber<std::optional<Number>> =
+    std::is_arithmetic_v<Number> && !std::is_same_v<Number, bool>;
+
 /// Checks each number against its range. The error reports the first one that is out of range or NaN.
 template <HasFields Options>
 [[nodiscard]] Status check_ranges(const Options& options) {
   Status status;
+  const auto check = [&](double number, const Field& field) {
+    const bool inside = number >= field.min && number <= field.max;
+    if (status && !inside) status = outside_range(number, field);
+  };
   Options::fields(options, [&](const auto& value, const Field& field) {
-    if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>) {
-      const double number = static_cast<double>(value);
-      const bool inside = number >= field.min && number <= field.max;
-      if (status && !inside) {
-        status = outside_range(number, field);
-      }
+    using Value = std::remove_cvref_t<decltype(value)>;
+    if constexpr (std::is_arithmetic_v<Value>) {
+      check(static_cast<double>(value), field);
+    } else if constexpr (kIsOptionalNumber<Value>) {
+      if (value) check(static_cast<double>(*value), field);
     }
   });
   return status;

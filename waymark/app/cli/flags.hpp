@@ -83,7 +83,7 @@ template <class Value>
   std::string range;
   if constexpr (std::is_same_v<Value, bool>) {
     range = usual ? " On by default." : " Off by default.";
-  } else if constexpr (std::is_arithmetic_v<Value>) {
+  } else if constexpr (std::is_arithmetic_v<Value> || kIsOptionalNumber<Value>) {
     if (std::isfinite(field.min) && std::isfinite(field.max))
       range = fmt::format(" From {} to {}.", field.min, field.max);
     if (std::isfinite(field.min) && !std::isfinite(field.max))
@@ -187,6 +187,8 @@ class OptionFlags {
       option = app.add_flag(flag + ",!--no-" + flag.substr(2), value, flag_help(value, field));
     } else if constexpr (std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>) {
       option = app.add_option(flag, value, flag_help(value, field))->capture_default_str();
+    } else if constexpr (kIsOptionalNumber<Value>) {
+      option = app.add_option(flag, value, flag_help(value, field));
     }
     if (option != nullptr) option->group(group);
     return option;
