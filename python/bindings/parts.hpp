@@ -187,13 +187,13 @@ void parts(Like<MountingEstimate> auto& value, auto&& apply) {
 }
 void parts(Like<BundleFigures> auto& value, auto&& apply) {
   auto& [start_map, start_trajectory, iterations, rms_px, noise_ratio, wrong_sizes, moved_tags, missing_tags,
-         size_spread, correlated_frames, rejected, left_out, odometry_scales, odometry_scales_sigma,
-         prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise, turns_by_gyro,
-         without_gyro_share] = value;
+         size_spread, size_scale, size_scale_sigma, correlated_frames, rejected, left_out, odometry_scales,
+         odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise,
+         turns_by_gyro, without_gyro_share] = value;
   apply(start_map, start_trajectory, iterations, rms_px, noise_ratio, wrong_sizes, moved_tags, missing_tags,
-        size_spread, correlated_frames, rejected, left_out, odometry_scales, odometry_scales_sigma,
-        prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise, turns_by_gyro,
-        without_gyro_share);
+        size_spread, size_scale, size_scale_sigma, correlated_frames, rejected, left_out, odometry_scales,
+        odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise,
+        turns_by_gyro, without_gyro_share);
 }
 void parts(Like<MappedLap> auto& value, auto&& apply) {
   auto& [map, observations, trajectory, trajectory_covariance, route, route_repeated_m, frames,

@@ -190,6 +190,8 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .moved_tags = map->moved_tags,
                                            .missing_tags = map->missing_tags,
                                            .size_spread = map->size_spread,
+                                           .size_scale = map->size_scale,
+                                           .size_scale_sigma = map->size_scale_sigma,
                                            .correlated_frames = map->correlated_frames,
                                            .rejected = map->rejected.size(),
                                            .left_out = rejections_by_tag(input, *map),

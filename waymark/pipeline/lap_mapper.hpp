@@ -47,6 +47,8 @@ struct BundleFigures {
   std::vector<MovedTag> moved_tags{};      ///< tags that were moved during the lap
   std::vector<MissingTag> missing_tags{};  ///< tags that were taken away or hidden
   double size_spread = 0;                  ///< relative standard deviation of the other printed sizes
+  double size_scale = 1;                   ///< common factor for all tag sizes; 1 if it was not estimated
+  double size_scale_sigma = 0;             ///< its standard deviation; 0 if it was not estimated
   double correlated_frames = 1;  ///< number of images that count as one, because their corner errors are
                                  ///< correlated
   std::size_t rejected = 0;

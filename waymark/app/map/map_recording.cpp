@@ -651,6 +651,10 @@ ReportFields fields(const MapReport& report) {
       {"missing_tags", kMissingTagsHelp, part(bundle, &BundleFigures::missing_tags)},
       {"size_spread_percent", "Standard deviation of the other printed sizes, in percent of the given sizes",
        part(bundle, [](const BundleFigures& b) { return 100 * b.size_spread; })},
+      {"size_scale", "Factor from the given size to the estimated size of all tags; 1 if it is not estimated",
+       part(bundle, &BundleFigures::size_scale)},
+      {"size_scale_sigma", "Standard deviation of this scale; 0 if it is not estimated",
+       part(bundle, &BundleFigures::size_scale_sigma)},
       {"observations_rejected", "Observations rejected as outliers", part(bundle, &BundleFigures::rejected)},
       {"observations_rejected_by_tag",
        "Counts for each tag with rejected observations: used, elsewhere, other_pose, inexact_corners, "
@@ -744,6 +748,9 @@ std::string to_text(const MapReport& report, const std::string& folder) {
           "(turns)\n",
           b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
           b.odometry_scales_sigma.yaw);
+    if (b.size_scale_sigma > 0)
+      text += fmt::format("estimated tag size: {:.4f} +- {:.4f} times the given one\n", b.size_scale,
+                          b.size_scale_sigma);
     text += gyro_text(b);
   }
   if (lap.bundle && lap.bundle->loop) {

@@ -230,9 +230,13 @@ Status check(const MapSceneJob& job) {
   if (job.options.free_intrinsics)
     return fail(ErrorCode::InvalidArgument, "in TagSLAM's model the intrinsics are fixed",
                 {.key = "free_intrinsics"}, "Omit `free_intrinsics` or `model=tagslam`.");
+  const auto refuse_sigma = [](const std::string& key) {
+    return fail(ErrorCode::InvalidArgument, "in TagSLAM's model the sizes of tags are exact", {.key = key},
+                "Omit `" + key + "` or `model=tagslam`.");
+  };
   if (job.options.search.tag_size_sigma_percent != SearchOptions().tag_size_sigma_percent)
-    return fail(ErrorCode::InvalidArgument, "in TagSLAM's model the sizes of tags are exact",
-                {.key = "tag_size_sigma_percent"}, "Omit `tag_size_sigma_percent` or `model=tagslam`.");
+    return refuse_sigma("tag_size_sigma_percent");
+  if (job.options.search.common_tag_size_sigma_percent) return refuse_sigma("common_tag_size_sigma_percent");
   return {};
 }
 
@@ -348,8 +352,9 @@ ReportFields fields(const MapSceneReport& report) {
        100 * map.size_spread},
       {"correlated_images", "Number of images that count as one, because their corner errors are correlated",
        map.correlated_frames},
-      {"size_scale", "Factor from the given size to the estimated size of all tags; 1 without distances",
+      {"size_scale", "Factor from the given size to the estimated size of all tags; 1 if it is not estimated",
        map.size_scale},
+      {"size_scale_sigma", "Standard deviation of this scale; 0 if it is not estimated", map.size_sigma},
       {"noise_px", "Standard deviation of a corner coordinate", map.noise_px},
       {"reprojection_mean_px", "Mean reprojection error of the corners in use", map.reprojection_mean_px},
       {"reprojection_median_px", "Median reprojection error of the corners in use",

@@ -119,10 +119,13 @@ MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, cons
   return file;
 }
 
-/// Relative standard deviation of the common tag size. Empty if the size is exact.
-std::optional<double> relative_size_sigma(const MapVideoJob& job) {
-  if (!(job.tag_size_sigma_m > 0)) return std::nullopt;
-  return job.tag_size_sigma_m / *job.sizes.default_size_m;
+/// The options of the search, with the usual error of a measured or printed size as the common one.
+SearchOptions search_options(const MapVideoJob& job) {
+  constexpr double kUsualSizeSigma_m = 0.0005;
+  SearchOptions options = job.search;
+  if (!options.common_tag_size_sigma_percent)
+    options.common_tag_size_sigma_percent = 100 * kUsualSizeSigma_m / *job.sizes.default_size_m;
+  return options;
 }
 
 Trajectory camera_path(const std::vector<SceneFrame>& frames, const SceneMap& map) {
@@ -329,8 +332,7 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
     control.progress({fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost)});
     return !control.cancelled();
   };
-  Result<SceneMap> map =
-      map_scene(*scene, recording, {.search = job.search, .size_sigma = relative_size_sigma(job)}, progress);
+  Result<SceneMap> map = map_scene(*scene, recording, {.search = search_options(job)}, progress);
   if (control.cancelled())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
@@ -458,7 +460,7 @@ ReportFields fields(const MapVideoReport& report) {
       {"duplicate_ids", kDuplicateIdsHelp, report.map.duplicate_tags},
       {"size_spread_percent", "Standard deviation of the other printed sizes, in percent of the given sizes",
        100 * report.map.size_spread},
-      {"size_scale", "Factor from the given size to the estimated size of all tags; 1 without distances",
+      {"size_scale", "Factor from the given size to the estimated size of all tags; 1 if it is not estimated",
        report.map.size_scale},
       {"size_scale_sigma", "Standard deviation of this scale; 0 if it is not estimated",
        report.map.size_sigma},

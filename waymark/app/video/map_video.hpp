@@ -52,9 +52,6 @@ struct MapVideoJob {
   /// bottom, and 0 for a global shutter.
   double readout_s = 0;
   TagSizes sizes{};
-  /// Standard deviation of the default size. All tags are assumed to have the same relative error, because
-  /// they were printed on the same printer.
-  double tag_size_sigma_m = 0.0005;
   /// By default, all observed tags in `prior` if prior_sigma_m or prior_sigma_deg is set; otherwise the tag
   /// with the most observations (among those in `prior`, if any). If several anchors are set, their poses
   /// must be in `prior`.
@@ -75,6 +72,7 @@ struct MapVideoJob {
   /// Standard deviation of the orientations of these tags. The default is kUsualLevelSigma_deg.
   std::optional<double> level_sigma_deg{};
   std::filesystem::path folder{};  ///< the output folder
+  /// SearchOptions::common_tag_size_sigma_percent: if empty, half a millimetre of the default size.
   SearchOptions search{};
 
   template <class Self, class Visitor>
@@ -85,11 +83,6 @@ struct MapVideoJob {
                            .input()
                            .required());
     visit(self.folder, JobField("output FOLDER", "Folder for map and trajectory").required());
-    visit(self.tag_size_sigma_m, JobField("tag_size_sigma_m NUMBER",
-                                          "Standard deviation of the tag size [m], an error common to all "
-                                          "tags; it is included in the map covariance",
-                                          0.0, 1.0)
-                                     .less());
     visit(self.prior_sigma_m, JobField("prior_sigma_m NUMBER",
                                        "Standard deviation of the tag positions in the older map [m]; all "
                                        "its tags then define the map frame",

@@ -58,7 +58,7 @@ Walked walk(std::uint64_t seed, const testing::HandWalkOptions& options) {
   walked.job.intrinsics_sigma = lens_sigma();
   walked.job.readout_s = options.readout_s;
   walked.job.sizes.default_size_m = kTag_m;
-  walked.job.tag_size_sigma_m = 0.003 * kTag_m;
+  walked.job.search.common_tag_size_sigma_percent = 0.3;
   walked.job.anchors = {kAnchor};
   walked.job.map_T_anchor = walked.world.tags.tags.at(kAnchor).map_T_tag;
   const TagId across{FamilyId::Tag36h11, 14};
@@ -183,7 +183,7 @@ TEST(MapWalk, RollingShutterOfRenderedImagesIsCorrected) {
   ASSERT_EQ(frames.size(), 40U);
   MapVideoJob job{.camera = camera, .readout_s = kReadout_s};
   job.sizes.default_size_m = kTag_m;
-  job.tag_size_sigma_m = 0;
+  job.search.common_tag_size_sigma_percent = 0;
   job.anchors = {kAnchor};
   job.map_T_anchor = world.tags.tags.at(kAnchor).map_T_tag;
   const auto rolling = map_views(job, frames, {});

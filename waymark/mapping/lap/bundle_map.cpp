@@ -242,7 +242,8 @@ void read_tags(const LapInput& input, const LapBundle& lap, const BundleCovarian
       continue;
     }
     const MappedTag* before = start.map.find(id);
-    MappedTag tag{.map_T_tag = lap.bundle.poses[pose].value, .size_m = *input.sizes.size_m(id)};
+    MappedTag tag{.map_T_tag = lap.bundle.poses[pose].value,
+                  .size_m = result.size_scale * *input.sizes.size_m(id)};
     if (!lap.bundle.poses[pose].fixed) tag.covariance = P.poses[pose];
     if (before != nullptr)
       result.moved_m =
@@ -387,6 +388,8 @@ void reject(const TagFrame& frame, std::size_t detection, BundleMap& result) {
 }  // namespace
 
 TagSizes found_sizes(TagSizes given, const BundleMap& map) {
+  if (given.default_size_m) *given.default_size_m *= map.size_scale;
+  for (auto& [tag, size_m] : given.size_by_tag_m) size_m *= map.size_scale;
   for (const WrongSize& wrong : map.wrong_sizes) given.size_by_tag_m[wrong.tag] = wrong.found_m;
   return given;
 }
@@ -419,7 +422,8 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   BundleMap result{
       .start_map = start->map, .start_trajectory = start->trajectory, .unconnected = start->unconnected};
   result.assumed_size_spread = result.size_spread = options.search.tag_size_sigma_percent / 100;
-  free_sizes(result.assumed_size_spread, lap);
+  result.size_prior_sigma = options.search.common_tag_size_sigma_percent.value_or(0) / 100;
+  free_sizes(result.assumed_size_spread, result.size_prior_sigma, lap);
   disable_unconfirmed(unconfirmed, lap);
   const std::set<TagId> without_confirmed = tags_without_confirmed_observation(input, unconfirmed, *start);
   result.unconnected.insert(result.unconnected.end(), without_confirmed.begin(), without_confirmed.end());
@@ -448,6 +452,8 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
 
   const internal::TiePairs pairs = internal::pairs_to_tie(input, lap, tied);
   const BundleCovariance P = covariance(lap.bundle, pairs.poses);
+  result.size_scale = std::exp(lap.bundle.common_size.log_scale);
+  result.size_scale_sigma = result.size_scale * std::sqrt(P.common_size);
   list_wrong_sizes(input, lap, P, released, result);
   read_tags(input, lap, P, *start, result);
   if (tied) keep_unobserved_tags(input, lap, *tied, P, result);

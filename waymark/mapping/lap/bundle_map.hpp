@@ -66,6 +66,9 @@ struct BundleMap {
   std::vector<MissingTag> missing_tags{};  ///< expected in images that do not show them
   double assumed_size_spread = 0;          ///< SearchOptions::tag_size_sigma_percent as a share
   double size_spread = 0;                  ///< relative standard deviation of the other printed sizes
+  double size_scale = 1;                   ///< common factor for all tag sizes; 1 if it was not estimated
+  double size_scale_sigma = 0;             ///< its standard deviation; 0 if it was not estimated
+  double size_prior_sigma = 0;             ///< SearchOptions::common_tag_size_sigma_percent as a share
   double correlated_frames = 1;            ///< this many images count as one because corner errors persist
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations of the scales; 0 without odometry
@@ -84,8 +87,8 @@ struct BundleMap {
   BundleSummary summary{};
 };
 
-/// The given sizes, except for tags whose given size contradicts the observations: these have the size that
-/// was found. Checks of a map use these sizes.
+/// The sizes of the tags in a map: the given ones with the common factor that was found, except for tags
+/// whose given size contradicts the observations. Checks of a map use these sizes.
 [[nodiscard]] TagSizes found_sizes(TagSizes given, const BundleMap& map);
 
 /// Estimates the tags and the trajectory that best explain all corners, odometry and the floor (maximum

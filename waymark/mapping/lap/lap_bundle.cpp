@@ -107,7 +107,7 @@ bool triggered_together(const TagFrame& a, const TagFrame& b) {
 void add_tag_pose(const TagId& tag, const SE3& map_T_tag, bool fixed, LapBundle& result) {
   result.tags[tag] = result.bundle.add(map_T_tag, fixed);
   result.sizes[tag] = result.bundle.sizes.size();
-  result.bundle.sizes.push_back({.sigma = result.size_sigma});
+  result.bundle.sizes.push_back({result.bundle.common_size.log_scale, result.size_sigma});
 }
 
 /// Adds a term for an observation of a placed tag in a placed frame.
@@ -190,8 +190,9 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
   return result;
 }
 
-void free_sizes(double sigma, LapBundle& lap) {
+void free_sizes(double sigma, double common_sigma, LapBundle& lap) {
   lap.size_sigma = sigma;
+  lap.bundle.common_size.sigma = common_sigma;
   for (BundleSize& size : lap.bundle.sizes) size.sigma = sigma;
 }
 

@@ -134,8 +134,9 @@ struct LapBundle {
 [[nodiscard]] LapBundle lap_bundle(const LapInput& lap, const ChainResult& start,
                                    const LapModelOptions& options = {});
 
-/// Makes the printed size of each tag an unknown with this relative standard deviation; 0: sizes are exact.
-void free_sizes(double sigma, LapBundle& lap);
+/// Makes the printed size of each tag an unknown with this relative standard deviation, and the error that
+/// all sizes share another one; 0: there is no such deviation.
+void free_sizes(double sigma, double common_sigma, LapBundle& lap);
 
 /// Adds a tag that is missing from the start to a bundle with known base poses. Its pose becomes an unknown,
 /// and its observations become terms; all of them must be in frames with a pose.

@@ -91,6 +91,21 @@ TEST(LapBundle, FramesWithoutTagsArePlacedByOdometry) {
   EXPECT_TRUE(without.bundle.odometry_scales.at(0).fixed) << "no term determines them";
 }
 
+TEST(LapBundle, OdometryOfAKnownScaleDeterminesTheErrorOfAllSizes) {
+  constexpr double kLarger = 1.02;
+  RingDrive drive = drive_ring({.stated_sigma_px = 0.1, .noise_px = 0.1, .odometry_sigma_m = 5e-4});
+  *drive.lap.sizes.default_size_m /= kLarger;
+  for (const double own : {0.003, 0.0}) {
+    LapBundle lap = bundle_of(drive);
+    free_sizes(own, 0.02, lap);
+    lap.bundle.odometry_scales[0].sigma.distance = 0.001;
+    ASSERT_TRUE(solve(lap.bundle).usable());
+    const double sigma = std::sqrt(covariance(lap.bundle).common_size);
+    EXPECT_LT(sigma, 0.004) << own;
+    EXPECT_NEAR(lap.bundle.common_size.log_scale, std::log(kLarger), 4 * sigma) << own;
+  }
+}
+
 TEST(LapBundle, SimultaneousFramesOfTwoCamerasShareABasePose) {
   const RingDrive drive = drive_ring({.rear = true});
   const LapBundle lap = bundle_of(drive);

@@ -40,9 +40,11 @@ RingDrive noisy(std::uint64_t seed) {
                      .seed = seed});
 }
 
-BundleMap mapped(const LapInput& lap, double sigma_percent = SearchOptions().tag_size_sigma_percent) {
+BundleMap mapped(const LapInput& lap, double sigma_percent = SearchOptions().tag_size_sigma_percent,
+                 double common_sigma_percent = 0) {
   BundleMapOptions options;
   options.search.tag_size_sigma_percent = sigma_percent;
+  options.search.common_tag_size_sigma_percent = common_sigma_percent;
   options.model = {.odometry_sigma_m = kOdometry_m,
                    .odometry_sigma_m_per_sqrt_m = 0,
                    .odometry_sigma_rad = kOdometry_rad,
@@ -174,6 +176,32 @@ TEST(LapSizes, TheCovarianceIsConsistentWithTheSpreadOfSizes) {
     EXPECT_LT(nees, 1.3) << spread;
     EXPECT_GT(exact, 2) << spread;
     EXPECT_NEAR(found, spread, 0.4 * spread);
+  }
+}
+
+TEST(LapSizes, AnErrorThatAllSizesShareIsInTheCovariances) {
+  constexpr double kLarger = 1.02;
+  for (const double own_percent : {0.3, 0.0}) {
+    double nees = 0;
+    double exact = 0;
+    constexpr int kSeeds = 5;
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+      RingDrive drive = noisy(seed);
+      *drive.lap.sizes.default_size_m /= kLarger;
+      const BundleMap map = mapped(drive.lap, own_percent, 2);
+      EXPECT_LE(map.size_scale_sigma, 0.02 * map.size_scale) << seed;
+      EXPECT_NEAR(map.size_scale, kLarger, 3 * map.size_scale_sigma) << seed;
+      EXPECT_TRUE(map.wrong_sizes.empty()) << seed;
+      const double side_m = *drive.lap.sizes.default_size_m * map.size_scale;
+      EXPECT_NEAR(map.map.tags.at(ring_tag(5)).size_m, side_m, 1e-12);
+      EXPECT_NEAR(*found_sizes(drive.lap.sizes, map).default_size_m, side_m, 1e-12);
+      nees += joint_nees(drive, map) / kSeeds;
+      exact += joint_nees(drive, mapped(drive.lap, own_percent)) / kSeeds;
+    }
+    std::printf("all sizes 2 %% off: joint NEES %.2f of 1 (%.1f without a common error)\n", nees, exact);
+    EXPECT_GT(nees, 0.7) << own_percent;
+    EXPECT_LT(nees, 1.4) << own_percent;
+    EXPECT_GT(exact, nees) << own_percent;
   }
 }
 

@@ -174,6 +174,13 @@ void check_sizes(const BundleMap& map, std::vector<std::string>& warnings) {
                     "the map has the "
                     "side that fits. Measure its black square",
                     to_string(wrong.tag), wrong.found_m, wrong.sigma_m, wrong.given_m, wrong.deviations));
+  constexpr double kGate = 3;
+  const double off = std::abs(map.size_scale - 1);
+  if (off > kGate * map.size_prior_sigma)
+    warnings.push_back(
+        fmt::format("according to odometry, the camera mounting or the extended map, tags are {:.3f} times "
+                    "their given size ({:.1f} sigma)",
+                    map.size_scale, off / map.size_prior_sigma));
   constexpr double kClearlyMore = 1.5;
   if (map.size_spread > kClearlyMore * map.assumed_size_spread)
     warnings.push_back(

@@ -1,8 +1,5 @@
 #include "waymark/mapping/scene/scene_calibration.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "waymark/camera/intrinsics.hpp"
 #include "waymark/geometry/lie.hpp"
 
@@ -45,74 +42,6 @@ void report_intrinsics(SceneMap& map) {
                               .sigma = P.diagonal().cwiseSqrt()});
     map.scene.cameras[c].model = bundle.cameras[c];
   }
-}
-
-namespace {
-
-class ScaleSearch {
- public:
-  ScaleSearch(SceneMap& map, double prior_sigma, const std::function<void()>& adjust)
-      : map_(map), prior_sigma_(prior_sigma), adjust_(adjust) {}
-
-  /// The minimum cost with all tag sizes multiplied by `scale`.
-  double cost_at(double scale) {
-    Bundle& bundle = map_.problem.bundle;
-    const double ratio = scale / map_.size_scale;
-    map_.size_scale = scale;
-    for (CornerTerm& term : bundle.corners) term.factor.size_m *= ratio;
-    for (PointDistanceTerm& term : bundle.point_distances) {
-      term.a.tag_p *= ratio;
-      term.b.tag_p *= ratio;
-    }
-    for (PointCoordinateTerm& term : bundle.point_coordinates) term.point.tag_p *= ratio;
-    for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
-      SE3& pose = bundle.poses[i].value;
-      if (!bundle.poses[i].fixed) pose = SE3(pose.rotation(), ratio * pose.translation());
-    }
-    adjust_();
-    const double off = (scale - 1) / prior_sigma_;
-    return cost(bundle) + off * off / 2;
-  }
-
-  TagScale find(double start) {
-    TagScale found;
-    cost_at(start);
-    for (double step : {prior_sigma_, prior_sigma_ / 10}) {
-      const double at = map_.size_scale;
-      const double middle = cost_at(at);
-      const double less = cost_at(at - step);
-      const std::vector<BundlePose> lower = map_.problem.bundle.poses;
-      const double more = cost_at(at + step);
-      const double bend = less - 2 * middle + more;
-      const double best = bend > 0 ? step * (less - more) / (2 * bend) : 0;
-      if (step == prior_sigma_) find_uncertainty(lower, step, bend, found);
-      cost_at(at + std::clamp(best, -10 * step, 10 * step));
-    }
-    found.value = map_.size_scale;
-    return found;
-  }
-
- private:
-  /// The poses must be those at the larger of the two sizes.
-  void find_uncertainty(const std::vector<BundlePose>& lower, double step, double bend,
-                        TagScale& found) const {
-    found.sigma = bend > 0 ? std::min(step / std::sqrt(bend), prior_sigma_) : prior_sigma_;
-    const std::vector<BundlePose>& upper = map_.problem.bundle.poses;
-    found.by_scale.reserve(upper.size());
-    for (std::size_t i = 0; i < upper.size(); ++i)
-      found.by_scale.push_back(minus(upper[i].value, lower[i].value) / (2 * step));
-  }
-
-  SceneMap& map_;
-  double prior_sigma_;
-  const std::function<void()>& adjust_;
-};
-
-}  // namespace
-
-TagScale find_tag_scale(SceneMap& map, double start, double prior_sigma,
-                        const std::function<void()>& adjust) {
-  return ScaleSearch(map, prior_sigma, adjust).find(start);
 }
 
 }  // namespace waymark

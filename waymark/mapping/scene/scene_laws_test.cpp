@@ -239,32 +239,6 @@ TEST(GivenFacts, ADistanceMakesTheTagSizeAnUnknown) {
   EXPECT_THAT(scene_warnings(map), Not(Contains(HasSubstr("distance"))));
 }
 
-TEST(GivenFacts, AWrongDistanceAmongManyIsReported) {
-  WideScene wide = test::aisles(24, 4, 0.05);
-  for (int id : {3, 9, 15, 20})
-    wide.scene.bodies[0].tags.push_back({{FamilyId::TagStandard52h13, id}, 0.25, {}});
-  measure(wide, 0.002, {{3, 9}, {9, 15}, {15, 20}, {3, 20}});
-  wide.scene.distances[1].measured_m += 0.1;
-  SceneMap map;
-  mapped(wide, &map);
-  EXPECT_THAT(scene_warnings(map), Contains(AllOf(HasSubstr("tags 9 and 15"), HasSubstr("sigma"))));
-}
-
-/// The largest distance between a tag in the map and its true pose, in standard deviations of the position.
-double worst_sigmas(const WideScene& wide, const SceneMap& map) {
-  double worst = 0;
-  for (std::size_t t = 1; t < map.scene.bodies[0].tags.size(); ++t) {
-    const auto map_T_tag = map.map_T_tag(0, t);
-    if (!map_T_tag) continue;
-    const Eigen::Vector3d p = map_T_tag->translation();
-    const Uncertain<SE3> placed{*map_T_tag, map.covariance.poses[map.problem.tags[0][t]]};
-    const Eigen::Matrix3d P = coordinate_covariance(placed).topLeftCorner<3, 3>();
-    const Eigen::Vector3d off = wide.truth.at(map.scene.bodies[0].tags[t].id.number).translation() - p;
-    worst = std::max(worst, std::sqrt(off.dot(P.llt().solve(off))));
-  }
-  return worst;
-}
-
 /// The normalised squared error of the positions of all tags together, divided by their number.
 double joint_nees(const WideScene& wide, const SceneMap& map) {
   std::vector<std::size_t> tags;
@@ -291,6 +265,67 @@ double joint_nees(const WideScene& wide, const SceneMap& map) {
                                     by_pose(tags[static_cast<std::size_t>(b)]).transpose();
   }
   return error.dot(P.llt().solve(error)) / (3.0 * static_cast<double>(n));
+}
+
+TEST(GivenFacts, AnErrorThatAllSizesShareIsFoundByDistancesAndOtherwiseInTheCovariances) {
+  constexpr double kLarger = 1.02;
+  constexpr int kSeeds = 5;
+  for (const double own_percent : {0.3, 0.0}) {
+    for (const bool measured : {true, false}) {
+      double nees = 0;
+      for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+        WideScene wide = test::aisles(24, seed);
+        std::vector<SceneTag>& tags = wide.scene.bodies[0].tags;
+        for (int id = 1; id < 24; ++id)
+          tags.push_back({{FamilyId::TagStandard52h13, id}, tags[0].size_m, {}});
+        for (SceneTag& tag : tags) tag.size_m /= kLarger;
+        if (measured) measure(wide, 0.002, {{3, 20}, {1, 22}});
+        const auto map = map_scene(
+            wide.scene, wide.recording,
+            {.search = {.tag_size_sigma_percent = own_percent, .common_tag_size_sigma_percent = 2}});
+        ASSERT_TRUE(map) << to_string(map.error());
+        EXPECT_NEAR(map->size_scale, kLarger, 3 * map->size_sigma) << seed;
+        if (measured) {
+          EXPECT_LT(map->size_sigma, 0.003) << seed;
+          EXPECT_LT(test::outcome_of(wide, *map).mean_m, 0.02) << seed;  // 2 % of eight metres is 16 cm
+        } else {
+          EXPECT_NEAR(map->size_sigma, 0.02, 0.001) << seed;
+        }
+        EXPECT_THAT(map->wrong_sizes, IsEmpty());
+        nees += joint_nees(wide, *map) / kSeeds;
+      }
+      std::printf("all sizes 2 %% off, %s distances: joint NEES %.2f of 1\n", measured ? "with" : "without",
+                  nees);
+      EXPECT_GT(nees, 0.5);
+      EXPECT_LT(nees, 1.5);
+    }
+  }
+}
+
+TEST(GivenFacts, AWrongDistanceAmongManyIsReported) {
+  WideScene wide = test::aisles(24, 4, 0.05);
+  for (int id : {3, 9, 15, 20})
+    wide.scene.bodies[0].tags.push_back({{FamilyId::TagStandard52h13, id}, 0.25, {}});
+  measure(wide, 0.002, {{3, 9}, {9, 15}, {15, 20}, {3, 20}});
+  wide.scene.distances[1].measured_m += 0.1;
+  SceneMap map;
+  mapped(wide, &map);
+  EXPECT_THAT(scene_warnings(map), Contains(AllOf(HasSubstr("tags 9 and 15"), HasSubstr("sigma"))));
+}
+
+/// The largest distance between a tag in the map and its true pose, in standard deviations of the position.
+double worst_sigmas(const WideScene& wide, const SceneMap& map) {
+  double worst = 0;
+  for (std::size_t t = 1; t < map.scene.bodies[0].tags.size(); ++t) {
+    const auto map_T_tag = map.map_T_tag(0, t);
+    if (!map_T_tag) continue;
+    const Eigen::Vector3d p = map_T_tag->translation();
+    const Uncertain<SE3> placed{*map_T_tag, map.covariance.poses[map.problem.tags[0][t]]};
+    const Eigen::Matrix3d P = coordinate_covariance(placed).topLeftCorner<3, 3>();
+    const Eigen::Vector3d off = wide.truth.at(map.scene.bodies[0].tags[t].id.number).translation() - p;
+    worst = std::max(worst, std::sqrt(off.dot(P.llt().solve(off))));
+  }
+  return worst;
 }
 
 TEST(GivenFacts, APriorWithAnUncertainRotationIsSufficient) {

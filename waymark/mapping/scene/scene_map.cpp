@@ -5,7 +5,6 @@
 #include <set>
 #include <utility>
 
-#include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/scene/misread_ids.hpp"
 #include "waymark/mapping/scene/moved_tags.hpp"
 #include "waymark/mapping/scene/odometry_checks.hpp"
@@ -124,41 +123,23 @@ void estimate_odometry_noise(SceneSearch& search) {
   }
 }
 
-Eigen::Vector3d place_of(const Bundle& bundle, const BundlePoint& p) {
-  return bundle.poses[p.body].value * (bundle.poses[p.tag].value * p.tag_p);
-}
-
-/// If distances are given, estimates one size factor for all tags. Distances are used only from here on,
-/// because before this step, even a slightly wrong size would make them conflict with observations.
-void find_size_of_tags(SceneSearch& search, const std::vector<SeparatedTag>& moves,
-                       const std::vector<PointDistanceTerm>& distances) {
-  SceneMap& map = search.map();
-  Bundle& bundle = map.problem.bundle;
+/// Distances are used only from here on, because those of a moved tag apply to its earlier pose, which is
+/// known only now.
+void use_distances(SceneSearch& search, const std::vector<SeparatedTag>& moves,
+                   const std::vector<PointDistanceTerm>& distances) {
+  const SceneMap& map = search.map();
+  std::vector<PointDistanceTerm>& used = search.bundle().point_distances;
   const auto in_map = [&](const BundlePoint& p) { return map.placed[p.tag] != 0 && map.placed[p.body] != 0; };
-  std::vector<double> ratios;
   for (PointDistanceTerm term : distances) {
     for (const SeparatedTag& tag : moves) {
       term.a.tag = term.a.tag == tag.later ? tag.earlier : term.a.tag;
       term.b.tag = term.b.tag == tag.later ? tag.earlier : term.b.tag;
     }
-    if (!in_map(term.a) || !in_map(term.b)) continue;
-    bundle.point_distances.push_back(term);
-    ratios.push_back(term.measured_m / (place_of(bundle, term.a) - place_of(bundle, term.b)).norm());
+    if (in_map(term.a) && in_map(term.b)) used.push_back(term);
   }
-  const bool asked = search.options().size_sigma.has_value();
-  if ((ratios.empty() && !asked) || !search.goes_on()) return;
-  constexpr double kMaxSizeChange = 0.2;
-  const double start =
-      ratios.empty() ? 1 : std::clamp(median(std::move(ratios)), 1 - kMaxSizeChange, 1 + kMaxSizeChange);
-  const TagScale scale = find_tag_scale(map, start, map.size_prior_sigma, [&] {
-    search.find(0, search.options().search.max_iterations, "estimating the tag size");
-  });
-  map.size_sigma = scale.sigma;
-  if (asked) map.by_size = scale.by_scale;
+  if (used.empty() || !search.goes_on()) return;
+  search.find(0, search.options().search.max_iterations, "estimating the tag size");
   search.gate_observations();
-  for (SceneBody& body : map.scene.bodies) {
-    for (SceneTag& tag : body.tags) tag.size_m *= map.size_scale;
-  }
 }
 
 /// Estimates the parameters of cameras that are asked for or given with a standard deviation.
@@ -188,7 +169,7 @@ void adjust_with_estimated_noise(SceneSearch& search, std::vector<IdPlaces> dupl
   add_planes(map.scene, map.problem, map.placed);
   search.count_correlated();
   estimate_intrinsics(search);
-  find_size_of_tags(search, moves, distances);
+  use_distances(search, moves, distances);
   search.find(0, search.options().search.max_iterations, "adjusting");
   const ObservationTimes times = times_of(search.recording(), map.observations);
   for (const SeparatedTag& tag : moves) {
@@ -196,6 +177,12 @@ void adjust_with_estimated_noise(SceneSearch& search, std::vector<IdPlaces> dupl
     if (is_far(moved)) map.moved_tags.push_back(moved);
   }
   internal::list_duplicates(duplicates, map);
+}
+
+/// The standard deviation of the error that all printed sizes share, relative to the sizes.
+double common_size_sigma(const TagScene& scene, const SearchOptions& options) {
+  constexpr double kUsual_percent = 0.5;
+  return options.common_tag_size_sigma_percent.value_or(scene.distances.empty() ? 0 : kUsual_percent) / 100;
 }
 
 /// Excludes unlisted tags with few observations, because a wrong id usually occurs only once.
@@ -234,7 +221,6 @@ Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recordin
     return fail(ErrorCode::InvalidArgument, "the model `tagslam` cannot estimate camera parameters",
                 {.key = "free_intrinsics"}, "Omit `free_intrinsics`, or use the model `waymark`.");
   SceneMap map{.scene = scene};
-  map.size_prior_sigma = options.size_sigma.value_or(map.size_prior_sigma);
   map.observations = observations_of(
       recording, map.scene, options.model == SceneModel::Waymark ? RepeatedIds::All : RepeatedIds::First);
   if (options.model == SceneModel::Waymark) drop_rare_unlisted_tags(scene, options, map);
@@ -247,8 +233,10 @@ Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recordin
   if (options.model == SceneModel::Waymark) {
     map.size_spread = map.assumed_size_spread = options.search.tag_size_sigma_percent / 100;
     for (BundleSize& size : map.problem.bundle.sizes) size.sigma = map.assumed_size_spread;
+    map.size_prior_sigma = common_size_sigma(scene, options.search);
+    map.problem.bundle.common_size.sigma = map.size_prior_sigma;
   }
-  std::vector<PointDistanceTerm> distances;  // used when the size of tags is estimated
+  std::vector<PointDistanceTerm> distances;  // until use_distances()
   if (options.model == SceneModel::Waymark) std::swap(distances, map.problem.bundle.point_distances);
   SceneSearch search(recording, options, progress, map);
   std::vector<IdPlaces> duplicates = search_coarsely(search);

@@ -26,9 +26,6 @@ struct SceneMapOptions {
   SearchOptions search{};
   int min_observations = 2;
   bool free_intrinsics = false;  ///< also estimate camera parameters, near those given (model waymark only)
-  /// Relative standard deviation of the common print size of all tags, which is included in every covariance.
-  /// If empty, it is 0.005 if distances are given; otherwise, the size is exact.
-  std::optional<double> size_sigma{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -119,13 +116,12 @@ struct SceneMap {
   /// Ids of two tags. The map has the tag at the given pose. If no pose is given, it has the tag that was
   /// observed later, if their observations follow each other, and otherwise the one with more observations.
   std::vector<DuplicateTag> duplicate_tags{};
-  double assumed_size_spread = 0;   ///< SearchOptions::tag_size_sigma_percent as a share
-  double size_spread = 0;           ///< relative standard deviation of the other printed sizes
-  double size_scale = 1;            ///< common factor for all tag sizes, estimated if distances are given
-  double size_sigma = 0;            ///< standard deviation of size_scale; 0 if it was not estimated
-  double size_prior_sigma = 0.005;  ///< prior standard deviation of size_scale
-  std::vector<Vector6> by_size{};   ///< d(pose) / d(size_scale), already included in `covariance`
-  double odometry_ratio = 1;        ///< ratio of estimated to given noise of odometry, at least 1
+  double assumed_size_spread = 0;  ///< SearchOptions::tag_size_sigma_percent as a share
+  double size_spread = 0;          ///< relative standard deviation of the other printed sizes
+  double size_scale = 1;           ///< common factor for all tag sizes; 1 if it was not estimated
+  double size_sigma = 0;           ///< standard deviation of size_scale; 0 if it was not estimated
+  double size_prior_sigma = 0;     ///< SearchOptions::common_tag_size_sigma_percent as a share
+  double odometry_ratio = 1;       ///< ratio of estimated to given noise of odometry, at least 1
   std::vector<RejectedOdometry> rejected_odometry{};  ///< the largest first
   std::vector<OdometryLink> odometry_links{};         ///< the group with the most tags first
   double correlated_frames = 1;        ///< this many images count as one, because corner errors last

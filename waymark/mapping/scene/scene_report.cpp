@@ -182,6 +182,15 @@ void list_thin_cuts(SceneMap& map) {
     map.thin_cuts.push_back({named(cut.beyond), named(cut.by), cut.observations});
 }
 
+/// Puts the common factor of all sizes into the scene.
+void report_common_size(SceneMap& map) {
+  map.size_scale = std::exp(map.problem.bundle.common_size.log_scale);
+  map.size_sigma = map.size_scale * std::sqrt(map.covariance.common_size);
+  for (SceneBody& body : map.scene.bodies) {
+    for (SceneTag& tag : body.tags) tag.size_m *= map.size_scale;
+  }
+}
+
 /// Puts the sizes that were found into the scene.
 void list_wrong_sizes(SceneMap& map) {
   const std::vector<SizeEstimate> estimates = size_estimates(map.problem.bundle, map.covariance);
@@ -191,11 +200,10 @@ void list_wrong_sizes(SceneMap& map) {
       const bool released = std::ranges::find(map.released_sizes, size) != map.released_sizes.end();
       if (!released || map.placed[map.problem.tags[b][t]] == 0) continue;
       SceneTag& tag = map.scene.bodies[b].tags[t];
-      const auto wrong = wrong_size(tag.id, tag.size_m, size, map.problem.bundle, estimates,
+      const auto wrong = wrong_size(tag.id, tag.size_m / map.size_scale, size, map.problem.bundle, estimates,
                                     std::max(map.size_spread, map.assumed_size_spread));
       if (!wrong) continue;
       map.wrong_sizes.push_back(*wrong);
-      map.wrong_sizes.back().given_m /= map.size_scale;
       tag.size_m = wrong->found_m;
     }
   }
@@ -205,9 +213,8 @@ void list_wrong_sizes(SceneMap& map) {
 
 void report_scene(const SceneRecording& recording, SceneMap& map) {
   map.covariance = covariance(map.problem.bundle);
+  report_common_size(map);
   list_wrong_sizes(map);
-  for (std::size_t i = 0; i < map.by_size.size(); ++i)
-    map.covariance.poses[i] += map.size_sigma * map.size_sigma * map.by_size[i] * map.by_size[i].transpose();
   report_intrinsics(map);
   measure_reprojection(map);
   list_rejected(recording, map);
@@ -300,10 +307,7 @@ void warn_of_measurements(const SceneMap& map, std::vector<std::string>& warning
   constexpr double kGate = 3;
   std::map<PoseIndex, int> number;
   for_tags(map, [&](const SceneTag& tag, PoseIndex pose) { number[pose] = tag.id.number; });
-  const auto at = [&](const BundlePoint& p) {
-    const auto& poses = map.problem.bundle.poses;
-    return (poses[p.body].value * (poses[p.tag].value * p.tag_p)).eval();
-  };
+  const auto at = [&](const BundlePoint& p) { return map_point(map.problem.bundle, p); };
   const auto in_map = [&](const BundlePoint& p) { return map.placed[p.tag] != 0 && map.placed[p.body] != 0; };
   for (const PointDistanceTerm& term : map.problem.bundle.point_distances) {
     const double off = (at(term.a) - at(term.b)).norm() - term.measured_m;
@@ -319,11 +323,12 @@ void warn_of_measurements(const SceneMap& map, std::vector<std::string>& warning
           fmt::format("given coordinate of {:.4f} m of tag {}: the map differs by {:+.4f} m ({:.1f} sigma)",
                       term.measured_m, number[term.point.tag], off, std::abs(off) / term.sigma_m));
   }
-  const double off_sigma = std::abs(map.size_scale - 1) / map.size_prior_sigma;
-  if (off_sigma > kGate)
+  const double off = std::abs(map.size_scale - 1);
+  if (off > kGate * map.size_prior_sigma)
     warnings.push_back(
-        fmt::format("according to the given distances, tags are {:.3f} times their given size ({:.1f} sigma)",
-                    map.size_scale, off_sigma));
+        fmt::format("according to the given distances, poses or odometry, tags are {:.3f} times their given "
+                    "size ({:.1f} sigma)",
+                    map.size_scale, off / map.size_prior_sigma));
 }
 
 void warn_of_cameras(const SceneMap& map, std::vector<std::string>& warnings) {

@@ -128,6 +128,7 @@ TEST(SceneWarnings, ReportInconsistentDistancesAndCoordinates) {
 TEST(SceneWarnings, ReportATagSizeFarFromTheGivenOne) {
   SceneMap map = good_map();
   map.size_scale = 1.02;
+  map.size_prior_sigma = 0.005;
   EXPECT_THAT(scene_warnings(map), ElementsAre(AllOf(HasSubstr("1.020 times"), HasSubstr("4.0 sigma"))));
   expect_on_scene_page(map);
   map.size_prior_sigma = 0.01;

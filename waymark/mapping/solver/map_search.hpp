@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "waymark/base/error.hpp"
@@ -17,6 +18,9 @@ struct SearchOptions {
   int max_iterations = 100;
   /// Standard deviation of the printed size of each tag, relative to its given size. If 0, sizes are exact.
   double tag_size_sigma_percent = 0.3;
+  /// Standard deviation of the error that all printed sizes share, relative to the given sizes. If 0, there
+  /// is no such error; the default depends on the kind of map.
+  std::optional<double> common_tag_size_sigma_percent{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -36,6 +40,14 @@ struct SearchOptions {
             "Standard deviation of the printed size of each tag, in percent of the given size. 0: sizes are "
             "exact. Half a millimetre of 16 cm is 0.3 %. Sizes that the observations contradict by more than "
             "three standard deviations are estimated and reported.",
+            0, 20});
+    visit(
+        self.common_tag_size_sigma_percent,
+        Field{
+            "common_tag_size_sigma_percent",
+            "Standard deviation of the error that all printed sizes share, as when a printer scales every "
+            "page, in percent of the given sizes. 0: no such error. Default: 0.5 mm in maps of videos, 0.5 % "
+            "in scenes with distances, otherwise 0.",
             0, 20});
   }
 };

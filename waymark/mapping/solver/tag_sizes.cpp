@@ -26,7 +26,7 @@ std::vector<SizeEstimate> size_estimates(const Bundle& bundle, const BundleCovar
     if (!(posterior > 0) || removed < kLeastInformation * prior) continue;
     const double variance = prior * posterior / removed;
     estimates.push_back({i, (bundle.sizes[i].log_scale - bundle.common_size.log_scale) * prior / removed,
-                         std::sqrt(variance), std::sqrt(variance + covariance.sizes[i] - posterior)});
+                         std::sqrt(variance), std::sqrt(variance + (covariance.sizes[i] - posterior))});
   }
   return estimates;
 }

@@ -24,9 +24,9 @@ struct SizeEstimate {
   double side_sigma = 0;  ///< of the logarithm of the side, which also contains the common size
 };
 
-/// The estimates for all sizes with a prior. Let s^2 be the variance of the prior, and x and v the mean and
-/// the variance of the posterior. The mean is then x s^2 / (s^2 - v), and the variance s^2 v / (s^2 - v).
-/// Sizes that the observations do not determine at all are omitted.
+/// The estimates for all sizes with a prior of their own. Let s^2 be the variance of the prior, and x and v
+/// the mean and the variance of the posterior. The mean is then x s^2 / (s^2 - v), and the variance s^2 v /
+/// (s^2 - v). Sizes that the observations do not determine at all are omitted.
 [[nodiscard]] std::vector<SizeEstimate> size_estimates(const Bundle& bundle,
                                                        const BundleCovariance& covariance);
 
