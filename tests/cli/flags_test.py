@@ -100,7 +100,7 @@ WITHOUT_EFFECT = {
     ("map lap", "--remove"): f"{NEEDS['map lap']} --remove 3",
     ("map lap", "--map-sigma"): f"{NEEDS['map lap']} --map-sigma 0.1",
     ("map scene", "--free-intrinsics"): f"{NEEDS['map scene']} --model tagslam --free-intrinsics",
-    ("map scene", "--tag-size-sigma-percent"): f"{NEEDS['map scene']} --model tagslam --tag-size-sigma-percent 1",
+    **{("map scene", flag): f"{NEEDS['map scene']} --model tagslam {flag} 1" for flag in ("--tag-size-sigma-percent", "--common-tag-size-sigma-percent")},
     **{("map video", flag): f"{NEEDS['map video']} {flag} {value}" for flag, value in (
         ("--level-sigma-deg", "2"), ("--prior-sigma-m", "0.01"), ("--prior-sigma-deg", "1"))},
     **{("convert", flag): f"walk.mp4 walk.mcap {flag} {value}" for flag, value in (
@@ -130,14 +130,14 @@ WITHOUT_EFFECT = {
     **{("calibrate guided", flag): f"{NEEDS['calibrate guided']} {flag} {value}" for flag, value in SERVED.items()},
     # The page of `view` has no --view, so its flags always have an effect; so do flags that only one sub-verb has.
     **{("view", flag): "" for flag in SERVED},
-    **{("map video", flag): "" for flag in ("--camera-name", "--camera-size", "--readout-ms", "--tag-size-sigma-m", "--distance",
+    **{("map video", flag): "" for flag in ("--camera-name", "--camera-size", "--readout-ms", "--distance",
                                             "--upright", "--floor", "--plane")},
     **{("map scene", flag): "" for flag in ("--model", "--against")}}
 
 # (verb, flag): a line without a sub-verb, which one it chooses, and which one has the flag.
 OF_ANOTHER = {
     **{("map", flag): (f"lap.mcap -o map {flag} {value}", "map lap", of) for flag, value, of in (
-        ("--readout-ms", "15", "map video"), ("--tag-size-sigma-m", "0.001", "map video"), ("--distance", "3,7,2.4", "map video"),
+        ("--readout-ms", "15", "map video"), ("--distance", "3,7,2.4", "map video"),
         ("--upright", "3", "map video"), ("--floor", "3", "map video"), ("--plane", "3,4", "map video"), ("--level-sigma-deg", "2", "map video"),
         ("--prior-sigma-m", "0.01", "map video"), ("--prior-sigma-deg", "1", "map video"), ("--camera-name", "left", "map video"),
         ("--camera-size", "640x480", "map video"), ("--model", "tagslam", "map scene"), ("--free-intrinsics", "", "map scene"),
