@@ -96,7 +96,8 @@ TEST(LapBundle, OdometryOfAKnownScaleDeterminesTheErrorOfAllSizes) {
   RingDrive drive = drive_ring({.stated_sigma_px = 0.1, .noise_px = 0.1, .odometry_sigma_m = 5e-4});
   *drive.lap.sizes.default_size_m /= kLarger;
   for (const double own : {0.003, 0.0}) {
-    LapBundle lap = bundle_of(drive);
+    LapBundle lap = lap_bundle(drive.lap, true_start(drive),
+                               {.odometry_sigma_m = 5e-4, .odometry_sigma_m_per_sqrt_m = 0});
     free_sizes(own, 0.02, lap);
     lap.bundle.odometry_scales[0].sigma.distance = 0.001;
     ASSERT_TRUE(solve(lap.bundle).usable());

@@ -189,7 +189,7 @@ TEST(LapSizes, AnErrorThatAllSizesShareIsInTheCovariances) {
       RingDrive drive = noisy(seed);
       *drive.lap.sizes.default_size_m /= kLarger;
       const BundleMap map = mapped(drive.lap, own_percent, 2);
-      EXPECT_LE(map.size_scale_sigma, 0.02 * map.size_scale) << seed;
+      EXPECT_LT(map.size_scale_sigma, 0.0201 * map.size_scale) << seed;
       EXPECT_NEAR(map.size_scale, kLarger, 3 * map.size_scale_sigma) << seed;
       EXPECT_TRUE(map.wrong_sizes.empty()) << seed;
       const double side_m = *drive.lap.sizes.default_size_m * map.size_scale;
