@@ -205,6 +205,21 @@ TEST(LapSizes, AnErrorThatAllSizesShareIsInTheCovariances) {
   }
 }
 
+TEST(LapSizes, AnExtendedMapDeterminesTheErrorThatAllSizesShare) {
+  constexpr double kLarger = 1.02;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    RingDrive drive = noisy(seed);
+    *drive.lap.sizes.default_size_m /= kLarger;
+    drive.lap.prior = LapPrior{.map = drive.tags};
+    for (auto& [id, tag] : drive.lap.prior->map.tags) tag.covariance = Matrix6(1e-5 * Matrix6::Identity());
+    const BundleMap map = mapped(drive.lap, 0.3, 2);
+    EXPECT_EQ(map.prior_agreeing, 12) << seed;
+    EXPECT_LT(map.size_scale_sigma, 0.002) << seed;
+    EXPECT_NEAR(map.size_scale, kLarger, 3 * map.size_scale_sigma) << seed;
+    EXPECT_LT(rmse_m(drive, map), 0.01) << seed;
+  }
+}
+
 TEST(LapSizes, ACommonErrorChangesTheOdometryScaleAndNoSize) {
   RingDrive drive = noisy(23);
   drive.lap.sizes.default_size_m = *drive.lap.sizes.default_size_m / 1.05;
