@@ -159,7 +159,7 @@ std::vector<std::size_t> search_moves_again(const LapInput& input, LapBundle& la
                                             const BundleMapOptions& options, const BundleProgress& progress,
                                             BundleMap& result) {
   internal::join_moved_tags(lap);
-  free_sizes(result.assumed_size_spread, lap);
+  free_sizes(result.assumed_size_spread, result.size_prior_sigma, lap);
   adjust_until_stable(lap, options, progress, result);
   return find_contradictions(input, lap, options, progress, result);
 }

@@ -389,9 +389,13 @@ void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::Vec
     if (unknown < 0) return;
     log_scale = std::clamp(log_scale + step[system.offset(unknown)], -kMaxLogScale, kMaxLogScale);
   };
-  for (std::size_t i = 0; i < unknowns.of_sizes.size(); ++i)
-    apply_to(unknowns.of_sizes[i], bundle.sizes[i].log_scale);
   apply_to(unknowns.of_common_size, bundle.common_size.log_scale);
+  for (std::size_t i = 0; i < unknowns.of_sizes.size(); ++i) {
+    if (bundle.sizes[i].sigma > 0)
+      apply_to(unknowns.of_sizes[i], bundle.sizes[i].log_scale);
+    else if (unknowns.of_sizes[i] >= 0)
+      bundle.sizes[i].log_scale = bundle.common_size.log_scale;
+  }
 }
 
 }  // namespace waymark::internal

@@ -141,8 +141,8 @@ TEST(CommonSize, AWrongSizeIsJudgedBesideTheOthers) {
   for (CornerTerm& term : bundle.corners) {
     if (term.size == 3U) term.factor.size_m /= 1.05;
   }
-  const auto adjust = [&](const std::vector<std::size_t>&) { EXPECT_TRUE(solve(bundle).usable()); };
-  adjust({});
+  const auto adjust = [&] { EXPECT_TRUE(solve(bundle).usable()); };
+  adjust();
   const ReleasedSizes sizes = release_sizes(bundle, 0.003, {.adjust = adjust});
   EXPECT_EQ(sizes.released, std::vector<std::size_t>{3});
   EXPECT_LT(sizes.spread, 0.006);
