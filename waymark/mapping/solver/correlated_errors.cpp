@@ -4,6 +4,7 @@
 #include <iterator>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "waymark/mapping/solver/bundle.hpp"
 #include "waymark/mapping/solver/front_cholesky.hpp"
@@ -12,7 +13,7 @@ namespace waymark {
 namespace {
 
 using Residual = Eigen::Matrix<double, 8, 1>;
-using Series = std::map<std::size_t, Residual>;  ///< residuals by frame
+using Series = std::vector<std::pair<std::size_t, Residual>>;  ///< residuals by frame, in ascending order
 
 using AllSeries = std::map<std::pair<std::size_t, PoseIndex>, Series>;
 
@@ -23,19 +24,27 @@ AllSeries residuals_in_use(const Bundle& bundle, const std::vector<std::size_t>&
     const CornerTerm& term = bundle.corners[i];
     if (!term.used) continue;
     const auto r = corner_residual(term.factor, bundle.cameras[term.camera], poses_of(bundle, term));
-    if (r) all[{term.camera, term.tag}].emplace(frames[i], *r);
+    if (r) all[{term.camera, term.tag}].emplace_back(frames[i], *r);
+  }
+  const auto frame_of = [](const auto& entry) { return entry.first; };
+  for (auto& [key, series] : all) {
+    std::ranges::stable_sort(series, {}, frame_of);
+    const auto repeated = std::ranges::unique(series, {}, frame_of);  // an id that occurs twice in an image
+    series.erase(repeated.begin(), repeated.end());
   }
   return all;
 }
 
-/// Mean product of residuals that are `lag` frames apart; 0 if there are none.
+/// Mean product of residuals that are `lag` frames apart; 0 if there are none. O(residuals).
 double correlation(const AllSeries& all, std::size_t lag) {
   double product = 0;
   std::size_t pairs = 0;
   for (const auto& [key, series] : all) {
+    auto later = series.begin();
     for (const auto& [frame, r] : series) {
-      const auto later = series.find(frame + lag);
-      if (later == series.end()) continue;
+      while (later != series.end() && later->first < frame + lag) ++later;
+      if (later == series.end()) break;
+      if (later->first != frame + lag) continue;
       product += r.dot(later->second);
       ++pairs;
     }

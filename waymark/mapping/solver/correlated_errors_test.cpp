@@ -2,6 +2,7 @@
 // covariance estimated from the stretches of a drive with the actual errors over many draws.
 #include "waymark/mapping/solver/correlated_errors.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -67,6 +68,19 @@ TEST(CorrelatedFrames, AConstantErrorMakesAllImagesCountAsOne) {
   Film film = film_with_errors(0, 200, 4);
   for (CornerTerm& term : film.bundle.corners) term = film.bundle.corners.front();
   EXPECT_NEAR(counted(film), 200, 2);
+}
+
+TEST(CorrelatedFrames, TheOrderOfTermsDoesNotMatter) {
+  Film film = film_with_errors(0.5, 500, 6);
+  for (std::size_t& frame : film.frames) frame += frame / 100 * 7;  // with gaps
+  const double in_order = counted(film);
+  Film reversed = film;
+  std::ranges::reverse(reversed.bundle.corners);
+  std::ranges::reverse(reversed.frames);
+  EXPECT_EQ(counted(reversed), in_order);
+  film.bundle.corners.push_back(film.bundle.corners.front());  // the id occurs twice in one image
+  film.frames.push_back(film.frames.back());
+  EXPECT_EQ(counted(film), in_order);
 }
 
 TEST(CorrelatedFrames, NoTermsInUseGiveAFactorOfOne) { EXPECT_EQ(counted({}), 1); }
