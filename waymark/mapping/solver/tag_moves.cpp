@@ -75,6 +75,7 @@ TagEquations sum_of(const FrameEquations& frames) {
 std::vector<LikelyMove> possible_moves(const ObservationTimes& times, std::size_t size,
                                        const FrameEquations& frames) {
   const TagEquations all = sum_of(frames);
+  const double gain_of_one_place = all.gain();
   std::vector<LikelyMove> moves;
   TagEquations before;
   std::size_t last = 0;
@@ -83,7 +84,7 @@ std::vector<LikelyMove> possible_moves(const ObservationTimes& times, std::size_
     const double gap_s = times.frame_s[frame] - times.frame_s[last];
     if (before.terms >= kMinTermsOfPlace && after.terms >= kMinTermsOfPlace && gap_s > 0 &&
         gap_s >= times.min_move_s)
-      moves.push_back({size, last, frame, gap_s, before.gain() + after.gain() - all.gain()});
+      moves.push_back({size, last, frame, gap_s, before.gain() + after.gain() - gain_of_one_place});
     before.add(equations);
     last = frame;
   }
