@@ -607,22 +607,31 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
     }
     return result;
   }
-  std::vector<std::pair<int, int>> diagonal;
-  diagonal.reserve(static_cast<std::size_t>(system.unknowns()));
-  for (int u = 0; u < system.unknowns(); ++u) diagonal.emplace_back(u, u);
-  const std::size_t all = diagonal.size();
-  std::ranges::copy_if(wanted, std::back_inserter(diagonal), both);
-  const std::vector<Eigen::MatrixXd> blocks = cholesky.inverse_blocks(diagonal);
-  read([&](int unknown) -> const Eigen::MatrixXd& { return blocks[static_cast<std::size_t>(unknown)]; });
-  std::size_t next = all;
+  std::vector<std::pair<int, int>> asked;  // the diagonal blocks, followed by the wanted ones
+  asked.reserve(static_cast<std::size_t>(system.unknowns()));
+  for (int u = 0; u < system.unknowns(); ++u) asked.emplace_back(u, u);
+  std::vector<Eigen::MatrixXd> blocks(asked.size());
+  std::vector<std::size_t> wanted_of;  // of each block after those on the diagonal
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     if (!both(wanted[i])) continue;
-    const Eigen::MatrixXd& cross = blocks[next++];
-    if (i < pairs.size())
-      result.pairs[i] = cross;
-    else
-      result.size_deviations[i - pairs.size()] += result.common_size - 2 * cross(0, 0);
+    asked.push_back(wanted[i]);
+    wanted_of.push_back(i);
   }
+  std::vector<std::pair<std::size_t, double>> with_common;  // covariances of sizes with the common size
+  cholesky.visit_inverse_blocks(asked, [&](std::size_t i, const auto& block) {
+    if (i < blocks.size()) {
+      blocks[i] = block;
+      return;
+    }
+    const std::size_t of = wanted_of[i - blocks.size()];
+    if (of < pairs.size())
+      result.pairs[of] = block;
+    else
+      with_common.emplace_back(of - pairs.size(), block(0, 0));
+  });
+  read([&](int unknown) -> const Eigen::MatrixXd& { return blocks[static_cast<std::size_t>(unknown)]; });
+  for (const auto& [size, cross] : with_common)
+    result.size_deviations[size] += result.common_size - 2 * cross;
   return result;
 }
 

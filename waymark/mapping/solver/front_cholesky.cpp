@@ -391,11 +391,17 @@ void FrontCholesky::copy_known(std::size_t front, const Stack& inverses, const s
 
 std::vector<Eigen::MatrixXd> FrontCholesky::inverse_blocks(
     std::span<const std::pair<int, int>> wanted) const {
+  std::vector<Matrix> result(wanted.size());
+  visit_inverse_blocks(wanted, [&](std::size_t i, const auto& block) { result[i] = block; });
+  return result;
+}
+
+void FrontCholesky::visit_inverse_blocks(std::span<const std::pair<int, int>> wanted,
+                                         const BlockVisitor& visit) const {
   std::vector<std::vector<std::size_t>> wanted_of(plan_.fronts.size());
   for (std::size_t i = 0; i < wanted.size(); ++i)
     wanted_of[at(std::min(plan_.front_of[at(wanted[i].first)], plan_.front_of[at(wanted[i].second)]))]
         .push_back(i);
-  std::vector<Matrix> result(wanted.size());
   Stack inverses(largest_stack_of_inverses());
   Matrix scratch(largest_, largest_);
   std::vector<int> place(plan_.front_of.size(), 0);
@@ -412,11 +418,9 @@ std::vector<Eigen::MatrixXd> FrontCholesky::inverse_blocks(
     set_places(shape, place);
     for (std::size_t i : wanted_of[f]) {
       const auto& [row, column] = wanted[i];
-      result[i] =
-          Z.block(place[at(row)], place[at(column)], system_.dimension(row), system_.dimension(column));
+      visit(i, Z.block(place[at(row)], place[at(column)], system_.dimension(row), system_.dimension(column)));
     }
   }
-  return result;
 }
 
 std::optional<Eigen::VectorXd> damped_step(FrontCholesky& cholesky, const BlockSystem& system,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -53,6 +55,10 @@ class FrontCholesky {
   /// Costs about as much as one more factorisation.
   [[nodiscard]] std::vector<Eigen::MatrixXd> inverse_blocks(
       std::span<const std::pair<int, int>> wanted) const;
+  /// Calls `visit(i, block)` for each element of `wanted`, in any order, instead of storing all blocks. A
+  /// block is valid until the call returns.
+  using BlockVisitor = std::function<void(std::size_t i, const Eigen::Ref<const Eigen::MatrixXd>& block)>;
+  void visit_inverse_blocks(std::span<const std::pair<int, int>> wanted, const BlockVisitor& visit) const;
 
  private:
   using Matrix = Eigen::MatrixXd;
