@@ -42,33 +42,37 @@ struct Observation {
   Vote<SE3> vote{};
 };
 
-/// A tag's observations, divided into those that are consistent with its pose in the map and those that are
-/// not.
-struct Split {
-  std::vector<Observation> here;
-  std::vector<Observation> there;
-};
-
 bool shows(const Observation& observation, const SE3& map_T_tag) {
   return internal::nearest(observation.vote, map_T_tag, internal::kPoseGate).first != nullptr;
 }
 
-Split split_of(const TagId& tag, const MappedTag& mapped, const std::set<SensorTime>& rejected,
-               const LapInput& lap, const BundleMap& map) {
-  Split split;
+/// Calls `visit` with each observation of a tag in a frame with a pose, if `wants` its stamp.
+template <class Wants, class Visit>
+void for_observations(const TagId& tag, const LapInput& lap, const BundleMap& map, const Wants& wants,
+                      const Visit& visit) {
   for (const TagFrame& frame : lap.frames) {
     for (const TagDetection& detection : frame.detections) {
-      if (detection.tag != tag) continue;
+      if (detection.tag != tag || !wants(frame.stamp)) continue;
       const SE3* map_T_base = base_at(map, frame.stamp);
       if (map_T_base == nullptr) continue;
-      Observation observation{frame.stamp,
-                              internal::vote_for_place(detection, frame.camera, lap, *map_T_base)};
-      if (observation.vote.empty()) continue;
-      const bool here = !rejected.contains(frame.stamp) || shows(observation, mapped.map_T_tag);
-      (here ? split.here : split.there).push_back(std::move(observation));
+      const Observation observation{frame.stamp,
+                                    internal::vote_for_place(detection, frame.camera, lap, *map_T_base)};
+      if (!observation.vote.empty()) visit(observation);
     }
   }
-  return split;
+}
+
+/// The rejected observations of a tag that are inconsistent with its pose in the map.
+std::vector<Observation> observations_elsewhere(const TagId& tag, const MappedTag& mapped,
+                                                const std::set<SensorTime>& rejected, const LapInput& lap,
+                                                const BundleMap& map) {
+  std::vector<Observation> elsewhere;
+  for_observations(
+      tag, lap, map, [&](SensorTime stamp) { return rejected.contains(stamp); },
+      [&](const Observation& observation) {
+        if (!shows(observation, mapped.map_T_tag)) elsewhere.push_back(observation);
+      });
+  return elsewhere;
 }
 
 bool seen_twice_at_once(const TagId& tag, const LapInput& lap) {
@@ -244,13 +248,18 @@ std::optional<AgreedPlace> agreed_place(const std::vector<Observation>& observat
   return place;
 }
 
-/// Times at which a tag was certainly here and not elsewhere. From far away, the two poses cannot be
-/// distinguished.
-std::vector<SensorTime> surely_here(const Split& split, const SE3& elsewhere) {
+/// Times at which a tag was certainly at its pose in the map and not elsewhere. From far away, the two poses
+/// cannot be distinguished. O(observations of the tag), each of which is estimated again.
+std::vector<SensorTime> surely_here(const TagId& tag, const MappedTag& mapped,
+                                    const std::set<SensorTime>& rejected, const LapInput& lap,
+                                    const BundleMap& map, const SE3& elsewhere) {
   std::vector<SensorTime> stamps;
-  for (const Observation& observation : split.here) {
-    if (!shows(observation, elsewhere)) stamps.push_back(observation.stamp);
-  }
+  for_observations(
+      tag, lap, map, [](SensorTime) { return true; },
+      [&](const Observation& observation) {
+        const bool here = !rejected.contains(observation.stamp) || shows(observation, mapped.map_T_tag);
+        if (here && !shows(observation, elsewhere)) stamps.push_back(observation.stamp);
+      });
   return stamps;
 }
 
@@ -302,8 +311,7 @@ std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map
   for (const auto& [tag, rejected] : rejected_stamps(map)) {
     const MappedTag* mapped = map.map.find(tag);
     if (rejected.all.size() < kMinObservationsOfPlace || mapped == nullptr || is_moved(map, tag)) continue;
-    const Split split = split_of(tag, *mapped, rejected.all, lap, map);
-    const auto agreed = agreed_place(split.there);
+    const auto agreed = agreed_place(observations_elsewhere(tag, *mapped, rejected.all, lap, map));
     if (!agreed || agreed->stamps.size() < kMinObservationsOfPlace) continue;
     SecondPlace place{.tag = tag,
                       .map_T_tag = agreed->map_T_tag,
@@ -313,7 +321,8 @@ std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map
     if (place.distance_m < kMinDistance_m || misread_for_another(place, map)) continue;
     if (!is_observed_enough(place, agreed->stamps, rejected)) continue;
     place.at_once = seen_twice_at_once(tag, lap);
-    const TimeOrder order = time_order(surely_here(split, agreed->map_T_tag), agreed->stamps);
+    const TimeOrder order =
+        time_order(surely_here(tag, *mapped, rejected.all, lap, map, agreed->map_T_tag), agreed->stamps);
     place.one_after_the_other = order.apart;
     place.is_before_move = order.apart && order.here_is_later && !place.at_once &&
                            place.distance_m < kMaxPushed_m && tag != lap.anchor;
