@@ -183,6 +183,10 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
                                odometry_factor(lap, wheels, i, options)});
   }
   for (BundleScales& scales : bundle.odometry_scales) scales.fixed = bundle.odometry.empty();
+  std::size_t detections = 0;
+  for (const TagFrame& frame : lap.frames) detections += frame.detections.size();
+  bundle.corners.reserve(detections);
+  result.observations.reserve(detections);
   for (std::size_t i = 0; i < lap.frames.size(); ++i) {
     for (std::size_t d = 0; d < lap.frames[i].detections.size(); ++d)
       add_corners(lap, options, {i, d}, result);
