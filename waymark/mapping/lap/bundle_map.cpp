@@ -164,7 +164,33 @@ std::vector<std::size_t> search_moves_again(const LapInput& input, LapBundle& la
   return find_contradictions(input, lap, options, progress, result);
 }
 
-/// Estimates the camera mounting on a copy of the problem. The estimate is adopted if it differs
+/// Restores a bundle when it is destroyed, except for changes to the factors of corners. Copies of these
+/// would need most of the memory, and a search does not change them.
+class RestoredBundle {
+ public:
+  explicit RestoredBundle(Bundle& bundle) : bundle_(bundle) {
+    std::vector<CornerTerm> corners = std::move(bundle.corners);
+    bundle.corners.clear();
+    rest_ = bundle;
+    bundle.corners = std::move(corners);
+    used_.reserve(bundle.corners.size());
+    for (const CornerTerm& term : bundle.corners) used_.push_back(term.used ? 1 : 0);
+  }
+  ~RestoredBundle() {
+    rest_.corners = std::move(bundle_.corners);
+    bundle_ = std::move(rest_);
+    for (std::size_t i = 0; i < used_.size(); ++i) bundle_.corners[i].used = used_[i] != 0;
+  }
+  RestoredBundle(const RestoredBundle&) = delete;
+  RestoredBundle& operator=(const RestoredBundle&) = delete;
+
+ private:
+  Bundle& bundle_;
+  Bundle rest_{};             ///< without corners
+  std::vector<char> used_{};  ///< CornerTerm::used
+};
+
+/// Estimates the camera mounting, and then restores the problem. The estimate is adopted if it differs
 /// significantly from the assumed one and held-out observations confirm it, or if no mounting was assumed.
 /// The map and the mounting are then estimated together; parameters that the lap does not determine keep
 /// their assumed values. With a wrong mounting, tags that are observed from two sides seem to have moved, so
@@ -175,15 +201,17 @@ void consider_mounting(const LapInput& input, LapBundle& lap, const BundleMapOpt
   const int steps = options.search.max_iterations;
   const bool asked = options.find_mounting;
   const SE3 assumed = lap.bundle.poses[lap.cam].value;
+  std::vector<OdometryTerm> odometry;  // with the estimated noise
   {
-    LapBundle copy = lap;
+    const RestoredBundle restored(lap.bundle);
     const MountingAssumption first{.base_T_cam = assumed, .focal_share = options.focal_share};
-    result.mounting = estimate_mounting(copy, steps, report_progress, first);
+    result.mounting = estimate_mounting(lap, steps, report_progress, first);
     if (!result.mounting) return;
-    if (!asked) internal::keep_confirmed(copy, assumed, steps, report_progress, *result.mounting);
+    if (!asked) internal::keep_confirmed(lap, assumed, steps, report_progress, *result.mounting);
     if (!asked && (options.keep_mounting || !result.mounting->any_significant())) return;
-    lap.bundle.odometry = std::move(copy.bundle.odometry);  // with the estimated noise
+    odometry = std::move(lap.bundle.odometry);
   }
+  lap.bundle.odometry = std::move(odometry);
   result.mounting_used = true;
   MountingAssumption assumption{
       .base_T_cam = assumed, .off = result.mounting->off, .focal_share = options.focal_share};
