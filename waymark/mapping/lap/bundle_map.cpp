@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "waymark/mapping/lap/lap_contradictions.hpp"
 #include "waymark/mapping/lap/lost_poses.hpp"
@@ -376,12 +377,58 @@ std::vector<internal::ObservationIndex> unconfirmed_except_last_anchor(
   return unconfirmed;
 }
 
-/// Recomputes the observed frames without the unconfirmed detections.
-void observe_without(const LapInput& input, const std::vector<internal::ObservationIndex>& unconfirmed,
-                     std::vector<ObservedFrame>& observed) {
-  const LapInput confirmed = internal::without(input, unconfirmed);
-  for (const internal::ObservationIndex& index : unconfirmed)
-    observed[index.frame] = observe(confirmed.frames[index.frame], input);
+/// Recomputes the observed frames of these detections, as the lap contains them now.
+void observe_again(const LapInput& input, const std::vector<internal::ObservationIndex>& of_frames,
+                   std::vector<ObservedFrame>& observed) {
+  std::optional<std::size_t> last;
+  for (const internal::ObservationIndex& index : of_frames) {
+    if (last != index.frame) observed[index.frame] = observe(input.frames[index.frame], input);
+    last = index.frame;
+  }
+}
+
+/// Odometry that replaces the given one in a lap until this object is destroyed, which restores it.
+class ReplacedOdometry {
+ public:
+  ReplacedOdometry(LapInput& lap, internal::RoughOdometry& rough)
+      : lap_(lap), odometry_(std::move(lap.odometry)), other_turns_(lap.other_turns) {
+    lap_.odometry = std::move(rough.odometry);
+    if (rough.turns_by_gyro) lap_.other_turns = rough.without_gyro;
+  }
+  ~ReplacedOdometry() {
+    lap_.odometry = std::move(odometry_);
+    lap_.other_turns = std::move(other_turns_);
+  }
+  ReplacedOdometry(const ReplacedOdometry&) = delete;
+  ReplacedOdometry& operator=(const ReplacedOdometry&) = delete;
+
+  [[nodiscard]] const std::vector<Odometry>& given() const { return odometry_; }
+
+ private:
+  LapInput& lap_;
+  std::vector<Odometry> odometry_;
+  std::vector<TimeSpan> other_turns_;
+};
+
+/// The initial map, and the observations that nothing confirms.
+struct InitialMap {
+  std::vector<internal::ObservationIndex> unconfirmed{};
+  ChainResult chain{};
+};
+
+/// Consumes the observed frames, which need more memory than the lap. The lap is the same before and after.
+Result<InitialMap> initial_map(LapInput& input, std::vector<ObservedFrame> observed,
+                               const ChainOptions& options) {
+  InitialMap initial{.unconfirmed = unconfirmed_except_last_anchor(input, observed)};
+  {
+    const internal::ExcludedObservations excluded(input, initial.unconfirmed);
+    observe_again(input, initial.unconfirmed, observed);
+  }
+  Result<ChainResult> chain = map_by_chain(std::move(observed), input.anchor, input.map_T_anchor, input.sizes,
+                                           input.base_T_cam, options, input.odometry);
+  if (!chain) return tl::unexpected(chain.error());
+  initial.chain = std::move(*chain);
+  return initial;
 }
 
 /// Excludes the unconfirmed observations until all others have been adjusted.
@@ -408,9 +455,18 @@ std::set<TagId> tags_without_confirmed_observation(const LapInput& input,
   return tags;
 }
 
-void reject(const TagFrame& frame, std::size_t detection, BundleMap& result) {
-  result.rejected.push_back(
-      {frame.stamp, frame.detections[detection].tag, std::numeric_limits<double>::infinity()});
+RejectedObservation rejection_of(const LapInput& lap, const internal::ObservationIndex& index) {
+  const TagFrame& frame = lap.frames[index.frame];
+  return {frame.stamp, frame.detections[index.detection].tag, std::numeric_limits<double>::infinity()};
+}
+
+/// Rejections of observations that the search does not use.
+std::vector<RejectedObservation> all_rejected(const LapInput& lap,
+                                              const std::vector<internal::ObservationIndex>& observations) {
+  std::vector<RejectedObservation> all;
+  all.reserve(observations.size());
+  for (const internal::ObservationIndex& index : observations) all.push_back(rejection_of(lap, index));
+  return all;
 }
 
 }  // namespace
@@ -424,36 +480,40 @@ TagSizes found_sizes(TagSizes given, const BundleMap& map) {
 
 Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain_options,
                                 const BundleMapOptions& options, const MapProgress& asked) {
+  LapInput lap = given;
+  return map_by_bundle_in_place(lap, chain_options, options, asked);
+}
+
+Result<BundleMap> map_by_bundle_in_place(LapInput& input, const ChainOptions& chain_options,
+                                         const BundleMapOptions& options, const MapProgress& asked) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
   bool stopped = false;
   const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
     stopped = stopped || (asked && !asked(stage, iteration, cost));
     return !stopped;
   };
-  std::vector<ObservedFrame> observed = observe_all(given);
-  const internal::RoughOdometry rough = internal::rough_odometry(given, observed);
-  LapInput driven = given;
-  driven.odometry = rough.odometry;
-  if (rough.turns_by_gyro) driven.other_turns = rough.without_gyro;
+  std::vector<ObservedFrame> observed = observe_all(input);
+  internal::RoughOdometry rough = internal::rough_odometry(input, observed);
+  const ReplacedOdometry odometry(input, rough);
   const std::vector<internal::ObservationIndex> second =
-      internal::observations_of_duplicate_tags(driven, observed);
-  const LapInput input = internal::without(driven, second);
-  if (!second.empty()) observed = observe_all(input);
-  const std::vector<internal::ObservationIndex> unconfirmed = unconfirmed_except_last_anchor(input, observed);
-  observe_without(input, unconfirmed, observed);
-  const Result<ChainResult> start = map_by_chain(observed, input.anchor, input.map_T_anchor, input.sizes,
-                                                 input.base_T_cam, chain_options, input.odometry);
-  if (!start) return tl::unexpected(start.error());
+      internal::observations_of_duplicate_tags(input, observed);
+  const std::vector<RejectedObservation> duplicates = all_rejected(input, second);
+  std::optional<internal::ExcludedObservations> without_second;
+  without_second.emplace(input, second);
+  observe_again(input, second, observed);
+  const Result<InitialMap> initial = initial_map(input, std::move(observed), chain_options);
+  if (!initial) return tl::unexpected(initial.error());
+  const auto& [unconfirmed, start] = *initial;
   if (!progress("composing the initial map", 0, 0)) return internal::stopped_on_request();
 
-  LapBundle lap = lap_bundle(input, *start, options.model);
+  LapBundle lap = lap_bundle(input, start, options.model);
   BundleMap result{
-      .start_map = start->map, .start_trajectory = start->trajectory, .unconnected = start->unconnected};
+      .start_map = start.map, .start_trajectory = start.trajectory, .unconnected = start.unconnected};
   result.assumed_size_spread = result.size_spread = options.search.tag_size_sigma_percent / 100;
   result.size_prior_sigma = options.search.common_tag_size_sigma_percent.value_or(0) / 100;
   free_sizes(result.assumed_size_spread, result.size_prior_sigma, lap);
   disable_unconfirmed(unconfirmed, lap);
-  const std::set<TagId> without_confirmed = tags_without_confirmed_observation(input, unconfirmed, *start);
+  const std::set<TagId> without_confirmed = tags_without_confirmed_observation(input, unconfirmed, start);
   result.unconnected.insert(result.unconnected.end(), without_confirmed.begin(), without_confirmed.end());
   std::vector<std::size_t> released = optimise(input, lap, options, progress, result);
   std::erase_if(result.unconnected, [&](const TagId& tag) {
@@ -483,7 +543,7 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   result.size_scale = std::exp(lap.bundle.common_size.log_scale);
   result.size_scale_sigma = result.size_scale * std::sqrt(P.common_size);
   list_wrong_sizes(input, lap, P, released, result);
-  read_tags(input, lap, P, *start, result);
+  read_tags(input, lap, P, start, result);
   if (tied) keep_unobserved_tags(input, lap, *tied, P, result);
   internal::tie_tags(pairs.tags, P.pairs, result.map);
   result.map.floor = floor_of(lap, P);
@@ -492,11 +552,10 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
     const auto tag = result.map.tags.find(wrong.tag);
     if (tag != result.map.tags.end()) tag->second.size_m = wrong.found_m;
   }
-  for (const auto& [frame, detection] : second) reject(given.frames[frame], detection, result);
-  for (const auto& [frame, detection] : unconfirmed) {
-    const TagId& tag = input.frames[frame].detections[detection].tag;
-    if (std::ranges::find(result.unconfirmed, tag) != result.unconfirmed.end())
-      reject(input.frames[frame], detection, result);
+  result.rejected.insert(result.rejected.end(), duplicates.begin(), duplicates.end());
+  for (const RejectedObservation& observation : all_rejected(input, unconfirmed)) {
+    if (std::ranges::find(result.unconfirmed, observation.tag) != result.unconfirmed.end())
+      result.rejected.push_back(observation);
   }
   for (std::size_t i = 0; i < input.frames.size(); ++i) {
     if (!lap.bases[i]) {
@@ -512,10 +571,12 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   scale_by(rough, result.odometry_scales, result.odometry_scales_sigma);
   if (result.mounting) scale_by(rough, result.mounting->scales, result.mounting->scales_sigma);
   result.turns_by_gyro = rough.turns_by_gyro;
-  result.without_gyro_share = given.imu.empty() ? 1 : rough.without_gyro_share;
-  estimate_wheel_turns(given.odometry, result);
+  result.without_gyro_share = input.imu.empty() ? 1 : rough.without_gyro_share;
+  estimate_wheel_turns(odometry.given(), result);
   result.moved_tags = internal::moved_tags(input, lap, result.map);
-  const std::vector<SecondPlace> places = second_places(given, result);
+  without_second.reset();  // the observations of a tag before it was moved are among them
+  const std::vector<SecondPlace> places = second_places(input, result);
+  without_second.emplace(input, second);
   for (const MovedTag& moved : internal::tags_moved_in_view(places, result))
     result.moved_tags.push_back(moved);
   result.missing_tags = internal::missing_lap_tags(input, lap, P, result);

@@ -101,4 +101,10 @@ struct BundleMap {
                                               const BundleMapOptions& options = {},
                                               const MapProgress& progress = {});
 
+/// The same without a copy of the lap, which takes most of the memory that mapping a long recording needs.
+/// The lap is changed during the search; it has its given content again when the function returns.
+[[nodiscard]] Result<BundleMap> map_by_bundle_in_place(LapInput& lap, const ChainOptions& chain = {},
+                                                       const BundleMapOptions& options = {},
+                                                       const MapProgress& progress = {});
+
 }  // namespace waymark

@@ -3,13 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdlib>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
+#include "tests/support/sanitized.hpp"
 #include "tests/support/warehouse.hpp"
 #include "waymark/geometry/lie.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
+
+#if defined(__GLIBC__) && !defined(WAYMARK_SANITIZED)
+#include <malloc.h>
+#endif
 
 namespace waymark {
 namespace {
@@ -192,6 +199,61 @@ TEST(LapLaws, AStoppedSearchGivesNoMap) {
       map_by_bundle(house.lap, {}, {}, [](const std::string&, int, double) { return false; });
   EXPECT_FALSE(stopped);
 }
+
+TEST(LapLaws, ALapMappedInPlaceIsRestored) {
+  const test::Warehouse house = aisle(16);
+  LapInput given = house.lap;
+  const TagId first = std::next(house.truth.tags.begin(), 2)->first;  // not the anchor
+  const TagId last = house.truth.tags.rbegin()->first;
+  for (TagFrame& frame : given.frames) {  // two tags with one id
+    for (TagDetection& detection : frame.detections)
+      detection.tag = detection.tag == last ? first : detection.tag;
+  }
+  for (Odometry& sample : given.odometry)  // far off, so that the search replaces it
+    sample.odom_T_base =
+        SE2(1.5 * sample.odom_T_base.x(), 1.5 * sample.odom_T_base.y(), sample.odom_T_base.yaw());
+  const BundleMap copied = mapped(given);
+  LapInput lap = given;
+  const TagFrame* frames = lap.frames.data();
+  const auto in_place = map_by_bundle_in_place(lap);
+  ASSERT_TRUE(in_place) << to_string(in_place.error());
+  EXPECT_EQ(lap.frames.data(), frames);
+  EXPECT_TRUE(lap.other_turns.empty());
+  for (std::size_t f = 0; f < given.frames.size(); ++f)
+    EXPECT_TRUE(std::ranges::equal(lap.frames[f].detections, given.frames[f].detections, {},
+                                   &TagDetection::tag, &TagDetection::tag))
+        << f;
+  ASSERT_EQ(lap.odometry.size(), given.odometry.size());
+  EXPECT_EQ(lap.odometry.back().odom_T_base.x(), given.odometry.back().odom_T_base.x());
+  EXPECT_EQ(in_place->rejected.size(), copied.rejected.size());
+  ASSERT_EQ(in_place->map.tags.size(), copied.map.tags.size());
+  for (const auto& [id, tag] : copied.map.tags)
+    EXPECT_EQ(in_place->map.tags.at(id).map_T_tag.translation(), tag.map_T_tag.translation());
+}
+
+#if defined(__GLIBC__) && !defined(WAYMARK_SANITIZED)
+/// Bytes that the process has allocated and not freed.
+std::size_t allocated_bytes() {
+  const auto info = mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+TEST(LapLaws, NoCopyOfTheFramesIsKeptForTheSearch) {
+  test::Warehouse house = test::drive_warehouse({.tags = 100, .frame_m = 0.06});
+  std::size_t frame_bytes = 0;
+  for (const TagFrame& frame : house.lap.frames)
+    frame_bytes += frame.detections.size() * sizeof(TagDetection);
+  const std::size_t before = allocated_bytes();
+  std::size_t after = 0;
+  const MapProgress measure = [&](const std::string&, int, double) {
+    after = allocated_bytes();  // the initial map is finished
+    return false;
+  };
+  EXPECT_FALSE(map_by_bundle_in_place(house.lap, {}, {}, measure));
+  ASSERT_GT(after, 0U);
+  EXPECT_LT(after, before + frame_bytes / 2);
+}
+#endif
 
 TEST(LapLaws, OutliersAreRejectedAndCountedByTag) {
   const test::Warehouse house = aisle(15);

@@ -96,20 +96,19 @@ Trajectory trajectory_of(const std::vector<FloorFrame>& frames, const Places& pl
   return trajectory;
 }
 
-std::vector<ObservedFrame> near_tags(const std::vector<ObservedFrame>& frames, double max_distance_m) {
-  std::vector<ObservedFrame> near = frames;
-  for (ObservedFrame& frame : near) {
+void erase_distant_tags(double max_distance_m, std::vector<ObservedFrame>& frames) {
+  for (ObservedFrame& frame : frames) {
     std::erase_if(frame.tags, [&](const TagPoseObservation& seen) {
       return seen.cam_T_tag.translation().norm() > max_distance_m;
     });
   }
-  return near;
 }
 
 }  // namespace
 
 ObservedFrame observe(const TagFrame& frame, const CameraModel& camera, const TagSizes& sizes) {
   ObservedFrame observed{.stamp = frame.stamp};
+  observed.tags.reserve(frame.detections.size());
   for (const TagDetection& detection : frame.detections) {
     const Result<TagPose> pose = estimate_tag_pose(detection, sizes, camera);
     if (!pose) continue;
@@ -119,7 +118,7 @@ ObservedFrame observe(const TagFrame& frame, const CameraModel& camera, const Ta
   return observed;
 }
 
-Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const TagId& anchor,
+Result<ChainResult> map_by_chain(std::vector<ObservedFrame> frames, const TagId& anchor,
                                  const SE3& map_T_anchor, const TagSizes& sizes, const SE3& base_T_cam,
                                  const ChainOptions& options, const std::vector<Odometry>& wheels) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
@@ -127,8 +126,8 @@ Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const
   for (const ObservedFrame& frame : frames) {
     for (const auto& tag : frame.tags) seen.insert(tag.tag);
   }
-  const std::vector<ObservedFrame> near = near_tags(frames, options.max_distance_m);
-  const TagShapes shapes = internal::tag_shapes(near, base_T_cam, options.floor);
+  erase_distant_tags(options.max_distance_m, frames);
+  const TagShapes shapes = internal::tag_shapes(frames, base_T_cam, options.floor);
   if (!shapes.contains(anchor) && seen.contains(anchor)) {
     return fail(ErrorCode::NotFound,
                 fmt::format("the anchor {} is observed in this lap, but never within {} m", to_string(anchor),
@@ -140,7 +139,8 @@ Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const
                 fmt::format("the anchor {} is not observed in this lap", to_string(anchor)), {},
                 "Start and end the lap where the anchor is in view, or choose another with `anchor`.");
   }
-  const auto on_floor = internal::floor_frames(near, shapes, base_T_cam, options.floor);
+  const auto on_floor = internal::floor_frames(frames, shapes, base_T_cam, options.floor);
+  frames = std::vector<ObservedFrame>();  // far larger than the frames on the floor
   const SE3& anchor_shape = shapes.at(anchor);
   const SE3 map_T_floor({}, {0, 0, map_T_anchor.translation().z() - anchor_shape.translation().z()});
   const SE2 map_X_anchor = project_to_plane(map_T_anchor * anchor_shape.inverse());
@@ -163,7 +163,7 @@ Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const
     result.map.tags[tag] = {.map_T_tag = map_T_tag, .size_m = *size};
   }
   result.trajectory = trajectory_of(on_floor, places, options, map_T_floor);
-  result.frames_without_pose = static_cast<int>(frames.size() - result.trajectory.size());
+  result.frames_without_pose = static_cast<int>(on_floor.size() - result.trajectory.size());
   return result;
 }
 

@@ -71,8 +71,9 @@ template <class Setup>
 /// This is the baseline with which bundle adjustment is compared. With `wheels`, tags that are not connected
 /// through other tags are also placed, using odometry from placed tags.
 ///
-/// Fails if the anchor is never observed. O(frames * (tags per frame)^2).
-[[nodiscard]] Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const TagId& anchor,
+/// Fails if the anchor is never observed. O(frames * (tags per frame)^2). `frames` of a long lap should be
+/// moved, so that their memory is released early.
+[[nodiscard]] Result<ChainResult> map_by_chain(std::vector<ObservedFrame> frames, const TagId& anchor,
                                                const SE3& map_T_anchor, const TagSizes& sizes,
                                                const SE3& base_T_cam, const ChainOptions& options = {},
                                                const std::vector<Odometry>& wheels = {});

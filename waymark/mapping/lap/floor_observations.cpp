@@ -93,24 +93,28 @@ TagShapes tag_shapes(const std::vector<ObservedFrame>& frames, const SE3& base_T
   return shapes;
 }
 
+FloorFrame floor_frame(const ObservedFrame& frame, const TagShapes& shapes, const SE3& base_T_cam,
+                       const FloorOptions& options) {
+  FloorFrame on_floor{.stamp = frame.stamp};
+  for (const TagPoseObservation& seen : frame.tags) {
+    const auto shape = shapes.find(seen.tag);
+    if (shape == shapes.end()) continue;
+    FloorObservation observation{.tag = seen.tag};
+    for (const Branch& branch : branches(seen, frame.base_T_cam.value_or(base_T_cam))) {
+      FloorFit fit = fit_to_floor(branch.base_T_tag, shape->second, options);
+      fit.chi2 += branch.chi2;
+      if (fit.chi2 < kGate3) observation.base_X_tag.push_back(fit);
+    }
+    if (!observation.base_X_tag.empty()) on_floor.tags.push_back(std::move(observation));
+  }
+  return on_floor;
+}
+
 std::vector<FloorFrame> floor_frames(const std::vector<ObservedFrame>& frames, const TagShapes& shapes,
                                      const SE3& base_T_cam, const FloorOptions& options) {
   std::vector<FloorFrame> result;
-  for (const ObservedFrame& frame : frames) {
-    FloorFrame on_floor{.stamp = frame.stamp};
-    for (const TagPoseObservation& seen : frame.tags) {
-      const auto shape = shapes.find(seen.tag);
-      if (shape == shapes.end()) continue;
-      FloorObservation observation{.tag = seen.tag};
-      for (const Branch& branch : branches(seen, frame.base_T_cam.value_or(base_T_cam))) {
-        FloorFit fit = fit_to_floor(branch.base_T_tag, shape->second, options);
-        fit.chi2 += branch.chi2;
-        if (fit.chi2 < kGate3) observation.base_X_tag.push_back(fit);
-      }
-      if (!observation.base_X_tag.empty()) on_floor.tags.push_back(std::move(observation));
-    }
-    result.push_back(std::move(on_floor));
-  }
+  result.reserve(frames.size());
+  for (const ObservedFrame& frame : frames) result.push_back(floor_frame(frame, shapes, base_T_cam, options));
   return result;
 }
 

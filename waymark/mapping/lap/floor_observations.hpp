@@ -55,8 +55,12 @@ using TagShapes = std::map<TagId, SE3>;
 [[nodiscard]] TagShapes tag_shapes(const std::vector<ObservedFrame>& frames, const SE3& base_T_cam,
                                    const FloorOptions& options);
 
-/// All observations projected onto the floor, in the order of the frames; poses inconsistent with the shape
-/// of their tag are skipped.
+/// The observations of one frame projected onto the floor; poses inconsistent with the shape of their tag are
+/// skipped.
+[[nodiscard]] FloorFrame floor_frame(const ObservedFrame& frame, const TagShapes& shapes,
+                                     const SE3& base_T_cam, const FloorOptions& options);
+
+/// The same for all frames, in their order.
 [[nodiscard]] std::vector<FloorFrame> floor_frames(const std::vector<ObservedFrame>& frames,
                                                    const TagShapes& shapes, const SE3& base_T_cam,
                                                    const FloorOptions& options);

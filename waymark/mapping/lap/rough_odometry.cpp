@@ -41,24 +41,22 @@ std::optional<SE2::Tangent> motion_by_tags(const FloorFrame& from, const FloorFr
   return SE2::Tangent(median(std::move(x)), median(std::move(y)), median(std::move(turn)));
 }
 
-/// The frames from each camera; a window starts and ends with a frame from the same camera.
-std::vector<std::vector<ObservedFrame>> by_camera(const LapInput& lap,
-                                                  const std::vector<ObservedFrame>& observed) {
-  std::vector<std::vector<ObservedFrame>> cameras(1 + lap.more_cameras.size());
+/// The frames on the floor of each camera; a window starts and ends with a frame from the same camera.
+std::vector<std::vector<FloorFrame>> by_camera(const LapInput& lap, const TagShapes& shapes,
+                                               const std::vector<ObservedFrame>& observed) {
+  std::vector<std::vector<FloorFrame>> cameras(1 + lap.more_cameras.size());
   for (std::size_t i = 0; i < observed.size(); ++i) {
     const auto other = std::ranges::find(lap.more_cameras, lap.frames[i].camera, &MountedCamera::name);
     const bool first = other == lap.more_cameras.end();
     cameras[first ? 0 : static_cast<std::size_t>(other - lap.more_cameras.begin()) + 1].push_back(
-        observed[i]);
+        floor_frame(observed[i], shapes, lap.base_T_cam, {}));
   }
   return cameras;
 }
 
-void add_windows(const LapInput& lap, const TagShapes& shapes, const std::vector<ObservedFrame>& observed,
-                 std::vector<Window>& windows) {
+void add_windows(const LapInput& lap, const std::vector<FloorFrame>& frames, std::vector<Window>& windows) {
   constexpr double kMinWindow_s = 0.8;
   constexpr double kMaxWindow_s = 1.2;
-  const std::vector<FloorFrame> frames = floor_frames(observed, shapes, lap.base_T_cam, {});
   const OdometryTrack wheels(lap.odometry);
   const GyroTrack gyro(lap.imu);
   std::size_t j = 0;
@@ -79,7 +77,7 @@ void add_windows(const LapInput& lap, const TagShapes& shapes, const std::vector
 std::vector<Window> windows_of(const LapInput& lap, const std::vector<ObservedFrame>& observed) {
   const TagShapes shapes = tag_shapes(observed, lap.base_T_cam, {});
   std::vector<Window> windows;
-  for (const auto& of_camera : by_camera(lap, observed)) add_windows(lap, shapes, of_camera, windows);
+  for (const auto& of_camera : by_camera(lap, shapes, observed)) add_windows(lap, of_camera, windows);
   return windows;
 }
 

@@ -464,16 +464,22 @@ std::vector<ObservationIndex> observations_of_duplicate_tags(const LapInput& lap
   return {result.begin(), result.end()};
 }
 
-LapInput without(const LapInput& lap, const std::vector<ObservationIndex>& observations) {
-  LapInput rest = lap;
-  std::map<std::size_t, std::set<std::size_t>> gone;
-  for (const ObservationIndex& index : observations) gone[index.frame].insert(index.detection);
-  for (const auto& [frame, detections] : gone) {
-    std::vector<TagDetection>& all = rest.frames[frame].detections;
-    for (const std::size_t detection : std::views::reverse(detections))
-      all.erase(all.begin() + static_cast<std::ptrdiff_t>(detection));
+ExcludedObservations::ExcludedObservations(LapInput& lap, const std::vector<ObservationIndex>& observations)
+    : lap_(lap) {
+  excluded_.reserve(observations.size());
+  for (const ObservationIndex& index : std::views::reverse(observations)) {
+    std::vector<TagDetection>& detections = lap_.frames[index.frame].detections;
+    const auto at = detections.begin() + static_cast<std::ptrdiff_t>(index.detection);
+    excluded_.push_back({index, *at});
+    detections.erase(at);
   }
-  return rest;
+}
+
+ExcludedObservations::~ExcludedObservations() {
+  for (const auto& [index, detection] : std::views::reverse(excluded_)) {
+    std::vector<TagDetection>& detections = lap_.frames[index.frame].detections;
+    detections.insert(detections.begin() + static_cast<std::ptrdiff_t>(index.detection), detection);
+  }
 }
 
 namespace {

@@ -58,8 +58,27 @@ struct WheelSite {
 /// Empty without odometry. `observed`: the frames, in order. O(observations * sites per tag).
 [[nodiscard]] std::vector<ObservationIndex> observations_of_duplicate_tags(
     const LapInput& lap, const std::vector<ObservedFrame>& observed);
-/// A copy of the lap without these observations.
-[[nodiscard]] LapInput without(const LapInput& lap, const std::vector<ObservationIndex>& observations);
+
+/// Observations that are removed from a lap until this object is destroyed, which restores them. The frames
+/// of a long lap need most of the memory, so they are not copied. The lap must outlive this object, and its
+/// frames must not change in the meantime.
+class ExcludedObservations {
+ public:
+  /// `observations`: in ascending order.
+  ExcludedObservations(LapInput& lap, const std::vector<ObservationIndex>& observations);
+  ~ExcludedObservations();
+  ExcludedObservations(const ExcludedObservations&) = delete;
+  ExcludedObservations& operator=(const ExcludedObservations&) = delete;
+
+ private:
+  struct Excluded {
+    ObservationIndex index{};
+    TagDetection detection;
+  };
+
+  LapInput& lap_;
+  std::vector<Excluded> excluded_{};  ///< in descending order
+};
 
 /// The observations, in order, that are confirmed neither by a neighbour in the image nor by odometry (see
 /// confirm_observations()). With odometry, these can include observations of a tag that is alone in its

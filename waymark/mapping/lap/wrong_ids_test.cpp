@@ -117,14 +117,43 @@ TEST(DuplicateTags, TwoTagsWithOneIdInAlternation) {
   drive.rename(tag(6), tag(5));  // the tags are half a metre apart
   const auto second = drive.second();
   EXPECT_NEAR(static_cast<double>(second.size()), copies, 0.05 * copies);
-  const LapInput rest = internal::without(drive.lap, second);
+  const int all = drive.observations(tag(5));
+  const internal::ExcludedObservations excluded(drive.lap, second);
   int left = 0;
-  for (const TagFrame& frame : rest.frames) {
+  for (const TagFrame& frame : drive.lap.frames) {
     const auto here = std::ranges::count(frame.detections, tag(5), &TagDetection::tag);
     EXPECT_LE(here, 1);
     left += static_cast<int>(here);
   }
-  EXPECT_EQ(left + static_cast<int>(second.size()), drive.observations(tag(5)));
+  EXPECT_EQ(left + static_cast<int>(second.size()), all);
+}
+
+TEST(ExcludedObservations, AreRestoredAtTheirIndices) {
+  Drive drive;
+  const LapInput whole = drive.lap;
+  std::vector<internal::ObservationIndex> some;
+  std::size_t all = 0;
+  for (std::size_t f = 0; f < whole.frames.size(); ++f) {
+    for (std::size_t d = 0; d < whole.frames[f].detections.size(); ++d, ++all) {
+      if ((f + d) % 3 != 0) some.push_back({f, d});
+    }
+  }
+  const auto count = [&] {
+    std::size_t detections = 0;
+    for (const TagFrame& frame : drive.lap.frames) detections += frame.detections.size();
+    return detections;
+  };
+  const TagDetection* storage = drive.lap.frames.front().detections.data();
+  {
+    const internal::ExcludedObservations excluded(drive.lap, some);
+    EXPECT_EQ(count(), all - some.size());
+  }
+  EXPECT_EQ(drive.lap.frames.front().detections.data(), storage);
+  ASSERT_EQ(count(), all);
+  for (std::size_t f = 0; f < whole.frames.size(); ++f)
+    EXPECT_TRUE(std::ranges::equal(drive.lap.frames[f].detections, whole.frames[f].detections, {},
+                                   &TagDetection::tag, &TagDetection::tag))
+        << f;
 }
 
 TEST(DuplicateTags, ATagMovedInView) {
