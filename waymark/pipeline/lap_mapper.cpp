@@ -45,9 +45,12 @@ std::vector<ObservedFrame> observe_all(const TaughtLap& taught, const TeachSetup
 
 std::vector<ObservedFrame> observe_anchor(const TaughtLap& taught, const TeachSetup& setup) {
   std::vector<ObservedFrame> observed;
-  for (TagFrame frame : taught.frames) {
-    std::erase_if(frame.detections, [&](const TagDetection& seen) { return seen.tag != setup.anchor; });
-    if (!frame.detections.empty()) observed.push_back(observe(frame, setup));
+  for (const TagFrame& frame : taught.frames) {
+    TagFrame of_anchor{.stamp = frame.stamp, .camera = frame.camera};
+    for (const TagDetection& seen : frame.detections) {
+      if (seen.tag == setup.anchor) of_anchor.detections.push_back(seen);
+    }
+    if (!of_anchor.detections.empty()) observed.push_back(observe(of_anchor, setup));
   }
   return observed;
 }
@@ -139,17 +142,19 @@ tl::unexpected<Error> lost_anchor(const TeachSetup& setup) {
 
 /// Maps by chaining from tag to tag, without optimisation.
 Result<MappedLap> by_chain(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options) {
-  const std::vector<ObservedFrame> observed = observe_all(taught, setup);
-  Result<ChainResult> chain =
-      map_by_chain(observed, setup.anchor, setup.map_T_anchor, setup.sizes, setup.base_T_cam, options.chain);
+  std::vector<ObservedFrame> observed = observe_all(taught, setup);
+  std::map<TagId, int> observations;
+  for (const ObservedFrame& frame : observed) {
+    for (const TagPoseObservation& seen : frame.tags) ++observations[seen.tag];
+  }
+  Result<ChainResult> chain = map_by_chain(std::move(observed), setup.anchor, setup.map_T_anchor, setup.sizes,
+                                           setup.base_T_cam, options.chain);
   if (!chain) return tl::unexpected(chain.error());
   MappedLap lap{.map = std::move(chain->map),
                 .trajectory = std::move(chain->trajectory),
                 .frames_without_pose = chain->frames_without_pose};
-  for (const ObservedFrame& frame : observed) {
-    for (const TagPoseObservation& seen : frame.tags) {
-      if (lap.map.find(seen.tag) != nullptr) ++lap.observations[seen.tag];
-    }
+  for (const auto& [tag, count] : observations) {
+    if (lap.map.find(tag) != nullptr) lap.observations[tag] = count;
   }
   for (const TagId& tag : chain->unconnected) {
     lap.warnings.push_back(
@@ -159,20 +164,10 @@ Result<MappedLap> by_chain(const TaughtLap& taught, const TeachSetup& setup, con
   return lap;
 }
 
-/// Maps by bundle adjustment over all measurements.
-Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options,
-                            const MapProgress& progress) {
-  LapInput input{.frames = taught.frames,
-                 .odometry = taught.odometry,
-                 .camera = setup.camera,
-                 .base_T_cam = setup.base_T_cam,
-                 .sizes = setup.sizes,
-                 .anchor = setup.anchor,
-                 .map_T_anchor = setup.map_T_anchor,
-                 .imu = taught.imu,
-                 .prior = options.prior,
-                 .more_cameras = setup.more_cameras};
-  Result<BundleMap> map = map_by_bundle(input, options.chain, options.bundle, progress);
+/// Maps by bundle adjustment over all measurements. The input is the same afterwards, except for its sizes.
+Result<MappedLap> adjusted(LapInput& input, const TeachSetup& setup, const MapLapOptions& options,
+                           const MapProgress& progress) {
+  Result<BundleMap> map = map_by_bundle_in_place(input, options.chain, options.bundle, progress);
   if (!map) return tl::unexpected(map.error());
   input.sizes = found_sizes(setup.sizes, *map);
   return MappedLap{.map = map->map,
@@ -207,6 +202,23 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .without_gyro_share = map->without_gyro_share}};
 }
 
+Result<MappedLap> by_bundle(TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options,
+                            const MapProgress& progress) {
+  LapInput input{.frames = std::move(taught.frames),
+                 .odometry = std::move(taught.odometry),
+                 .camera = setup.camera,
+                 .base_T_cam = setup.base_T_cam,
+                 .sizes = setup.sizes,
+                 .anchor = setup.anchor,
+                 .map_T_anchor = setup.map_T_anchor,
+                 .imu = std::move(taught.imu),
+                 .prior = options.prior,
+                 .more_cameras = setup.more_cameras};
+  Result<MappedLap> lap = adjusted(input, setup, options, progress);
+  taught = {std::move(input.frames), std::move(input.odometry), std::move(input.imu)};
+  return lap;
+}
+
 }  // namespace
 
 std::vector<std::string> map_methods() { return {kMapMethods.begin(), kMapMethods.end()}; }
@@ -220,8 +232,14 @@ Result<MapMethod> parse_map_method(std::string_view name) {
               suggestion(std::string(name), map_methods()));
 }
 
-Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, const MapLapOptions& options,
+Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options,
                           const MapProgress& progress) {
+  TaughtLap lap = taught;
+  return map_lap_in_place(lap, setup, options, progress);
+}
+
+Result<MappedLap> map_lap_in_place(TaughtLap& taught, const TeachSetup& given, const MapLapOptions& options,
+                                   const MapProgress& progress) {
   if (options.prior && options.method == MapMethod::Chain)
     return fail(ErrorCode::InvalidArgument, "the method chain cannot extend a map", {.key = "method"},
                 "Use the method bundle.");

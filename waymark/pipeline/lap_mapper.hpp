@@ -96,6 +96,12 @@ struct TaughtLap {
 [[nodiscard]] Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup,
                                         const MapLapOptions& options = {}, const MapProgress& progress = {});
 
+/// The same without copies of the samples, which take most of the memory that mapping a long recording needs.
+/// They are moved during the call and back again before it returns.
+[[nodiscard]] Result<MappedLap> map_lap_in_place(TaughtLap& taught, const TeachSetup& setup,
+                                                 const MapLapOptions& options = {},
+                                                 const MapProgress& progress = {});
+
 /// A lap by a robot whose own software estimates tag poses and does not record corners.
 struct PoseLap {
   std::vector<TagPoseFrame> frames{};

@@ -64,6 +64,29 @@ TEST(LapMapper, AnExactLapGivesAnExactMap) {
   testing::expect_on_page("map", lap->warnings.back());
 }
 
+TEST(LapMapper, MappingInPlaceGivesTheSamplesBack) {
+  const TeachSetup setup = some_setup();
+  TaughtLap taught = some_lap(setup);
+  const auto copied = map_lap(taught, setup);
+  ASSERT_TRUE(copied) << to_string(copied.error());
+  const TagFrame* frames = taught.frames.data();
+  const TagDetection* detections = taught.frames.back().detections.data();
+  TeachSetup elsewhere = setup;
+  elsewhere.anchor = {FamilyId::Tag36h11, 7};
+  EXPECT_FALSE(map_lap_in_place(taught, elsewhere));
+  for (const MapMethod method : {MapMethod::Bundle, MapMethod::Chain}) {
+    const auto lap = map_lap_in_place(taught, setup, {.method = method});
+    ASSERT_TRUE(lap) << to_string(lap.error());
+    EXPECT_EQ(lap->observations, copied->observations);
+    ASSERT_EQ(taught.frames.size(), 21U);
+    EXPECT_EQ(taught.frames.data(), frames);
+    EXPECT_EQ(taught.frames.back().detections.data(), detections);
+    if (method == MapMethod::Chain) continue;
+    for (const auto& [id, tag] : copied->map.tags)
+      EXPECT_EQ(lap->map.tags.at(id).map_T_tag.translation(), tag.map_T_tag.translation());
+  }
+}
+
 TEST(LapMapper, ParsesTheNamesOfMethods) {
   for (const std::string& name : map_methods()) EXPECT_EQ(to_string(parse_map_method(name).value()), name);
   const auto unknown = parse_map_method("chian");

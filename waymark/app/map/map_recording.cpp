@@ -387,7 +387,18 @@ Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const 
   return {};
 }
 
-Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, const SetupOverrides& overrides,
+/// Maps the recorded samples without copies of them.
+Result<MappedLap> map_samples(RecordedLap& recorded, const TeachSetup& setup, const MapLapOptions& options,
+                              const MapProgress& progress) {
+  TaughtLap taught{std::move(recorded.frames), std::move(recorded.odometry), std::move(recorded.imu)};
+  Result<MappedLap> lap = map_lap_in_place(taught, setup, options, progress);
+  recorded.frames = std::move(taught.frames);
+  recorded.odometry = std::move(taught.odometry);
+  recorded.imu = std::move(taught.imu);
+  return lap;
+}
+
+Result<MapFile> map_corners(RecordedLap& recorded, const MapJob& job, const SetupOverrides& overrides,
                             const MapLapOptions& options, const MapProgress& progress, MapReport& report) {
   Result<TeachSetup> setup = setup_of(recorded, overrides);
   if (!setup) return tl::unexpected(setup.error());
@@ -395,8 +406,7 @@ Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, cons
   if (options.prior) {
     for (const auto& [tag, mapped] : options.prior->map.tags) setup->sizes.size_by_tag_m[tag] = mapped.size_m;
   }
-  Result<MappedLap> lap =
-      map_lap({recorded.frames, recorded.odometry, recorded.imu}, *setup, options, progress);
+  Result<MappedLap> lap = map_samples(recorded, *setup, options, progress);
   if (!lap) return tl::unexpected(lap.error());
   report.method = to_string(options.method);
   report.lap = std::move(*lap);
