@@ -4,8 +4,9 @@
 #include <cstddef>
 #include <utility>
 
-#include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
+
+#include "waymark/mapping/solver/elimination_order.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -13,22 +14,6 @@ namespace {
 using Lists = std::vector<std::vector<int>>;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-/// The unknowns in elimination order.
-std::vector<int> minimum_degree(int unknowns, const std::vector<std::pair<int, int>>& couplings) {
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(2 * couplings.size() + at(unknowns));
-  for (const auto& [a, b] : couplings) {
-    entries.emplace_back(a, b, 1);
-    entries.emplace_back(b, a, 1);
-  }
-  for (int i = 0; i < unknowns; ++i) entries.emplace_back(i, i, 1);
-  Eigen::SparseMatrix<double> pattern(unknowns, unknowns);
-  pattern.setFromTriplets(entries.begin(), entries.end());
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
-  Eigen::AMDOrdering<int>()(pattern, permutation);
-  return {permutation.indices().data(), permutation.indices().data() + unknowns};
-}
 
 /// For each step, the later steps in which its column of the factor has entries.
 Lists columns_of_factor(const std::vector<int>& order, const std::vector<std::pair<int, int>>& couplings) {
@@ -134,7 +119,7 @@ FrontPlan front_plan(const BlockSystem& system) {
       if (row != column) couplings.emplace_back(row, column);
     });
   }
-  const std::vector<int> order = minimum_degree(system.unknowns(), couplings);
+  const std::vector<int> order = elimination_order(system.unknowns(), couplings);
   std::vector<Draft> drafts = drafts_of(columns_of_factor(order, couplings));
   const std::vector<int> sequence = postorder(drafts);
   std::vector<int> place(drafts.size());

@@ -33,9 +33,8 @@ struct FrontPlan {
   std::vector<int> front_of{};  ///< the front in which each unknown is eliminated
 };
 
-/// Approximate minimum degree ordering of the blocks (Amestoy, Davis and Duff, SIAM J. Matrix Anal. Appl.
-/// 17(4), 1996). A front that passes nearly all of its rows to its parent is merged with it. O(entries of the
-/// factor).
+/// Eliminates the blocks in their elimination_order(). A front that passes nearly all of its rows to its
+/// parent is merged with it. O(entries of the factor).
 [[nodiscard]] FrontPlan front_plan(const BlockSystem& system);
 
 /// Multifrontal Cholesky factor of the normal equations of a block system. The dense fronts determine time
