@@ -33,9 +33,9 @@ inline Outcome outcome_of(const WideScene& wide, const SceneMap& map) {
   return outcome;
 }
 
-inline Outcome mapped(const WideScene& wide, SceneMap* keep = nullptr) {
+inline Outcome mapped(const WideScene& wide, SceneMap* keep = nullptr, const SceneMapOptions& options = {}) {
   const auto start = std::chrono::steady_clock::now();
-  auto map = map_scene(wide.scene, wide.recording);
+  auto map = map_scene(wide.scene, wide.recording, options);
   EXPECT_TRUE(map) << to_string(map.error());
   if (!map) return {};
   Outcome outcome = outcome_of(wide, *map);

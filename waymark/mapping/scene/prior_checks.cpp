@@ -127,11 +127,14 @@ constexpr std::array kQuantiles = {10.83, 13.82, 16.27, 18.47, 20.52, 22.46};
 }  // namespace
 
 std::optional<double> contradiction_sigmas(const PosePriorFactor& given, const SE3& estimate,
-                                           const Matrix6& covariance) {
+                                           const Matrix6& covariance, bool used) {
   constexpr double kLeastShare = 0.01;  // of the information that does not come from the given pose
   const Vector6 r = pose_prior_residual(given, estimate);
   Matrix6 V = given.whitening * covariance * given.whitening.transpose();
-  if (!(V.diagonal().maxCoeff() < 1)) V.setZero();  // an undetermined pose, or one with a common size error
+  if (!used)
+    V = -V;
+  else if (!(V.diagonal().maxCoeff() < 1))
+    V.setZero();  // an undetermined pose, or one with a common size error
   const Eigen::SelfAdjointEigenSolver<Matrix6> shares(Matrix6::Identity() - V);
   double chi2 = 0;
   std::size_t directions = 0;

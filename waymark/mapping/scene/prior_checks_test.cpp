@@ -114,6 +114,15 @@ TEST(GivenPoses, AreComparedWithWhatTheEstimateWouldBeWithoutThem) {
   EXPECT_NEAR(*sigmas, 0.05 / std::hypot(5e-3, 8e-3), 1e-6);
 }
 
+TEST(GivenPoses, ThatAreNotUsedAreComparedWithTheEstimate) {
+  const PosePriorFactor given{SE3(), (200 * Vector6::Ones()).asDiagonal()};  // 5 mm and 5 mrad
+  const SE3 estimate(SO3(), {0.03, 0.04, 0});
+  const Matrix6 covariance = Vector6::Constant(8e-3).cwiseAbs2().asDiagonal();
+  const auto sigmas = contradiction_sigmas(given, estimate, covariance, false);
+  ASSERT_TRUE(sigmas);
+  EXPECT_NEAR(*sigmas, 0.05 / std::hypot(5e-3, 8e-3), 1e-6);
+}
+
 TEST(GivenPoses, ThatAloneDetermineTheEstimateAreNotContradicted) {
   const Combined c = combined(Vector6::Constant(10), Vector6::Constant(1e-3), Vector6::Constant(1e3));
   EXPECT_FALSE(contradiction_sigmas(c.given, c.estimate, c.covariance));

@@ -95,9 +95,20 @@ class SearchedScene final : public SearchedMap {
     explanations.push_back(std::move(duplicate));
   }
 
+  /// A given pose that two other ones refute stays without weight. Which of two given poses is wrong is not
+  /// known, so both are used again.
   void end_attempts() override {
-    for (const auto& [prior, given] : loosened_priors_) bundle().priors[prior].factor = given;
-    if (!loosened_priors_.empty()) search_.adjust_until_stable();
+    bool restored = false;
+    for (const auto& [prior, given] : loosened_priors_) {
+      PriorTerm& term = bundle().priors[prior];
+      if (other_given_tags(term.pose) >= 2) {
+        map_.rejected_priors.push_back(term.pose);
+        continue;
+      }
+      term.factor = given;
+      restored = true;
+    }
+    if (restored) search_.adjust_until_stable();
   }
 
  private:
@@ -108,6 +119,23 @@ class SearchedScene final : public SearchedMap {
       if (corners[i].tag == pose) place.terms.push_back(i);
     }
     return place;
+  }
+
+  /// The number of other tags on the same body whose observations agree with their given pose.
+  [[nodiscard]] std::ptrdiff_t other_given_tags(PoseIndex tag) const {
+    const Bundle& bundle = map_.problem.bundle;
+    const auto body_of = [&](PoseIndex pose) -> std::optional<PoseIndex> {
+      const auto term = std::ranges::find_if(
+          bundle.corners, [&](const CornerTerm& corner) { return corner.tag == pose && corner.used; });
+      return term == bundle.corners.end() ? std::nullopt : std::optional(term->body);
+    };
+    const auto is_loosened = [&](PoseIndex pose) {
+      return std::ranges::any_of(
+          loosened_priors_, [&](const auto& loosened) { return bundle.priors[loosened.first].pose == pose; });
+    };
+    return std::ranges::count_if(bundle.priors, [&](const PriorTerm& prior) {
+      return !is_loosened(prior.pose) && body_of(prior.pose) && body_of(prior.pose) == body_of(tag);
+    });
   }
 
   [[nodiscard]] bool was_vacated(const SeparatedTag& tag) const {
@@ -206,7 +234,7 @@ class SearchedScene final : public SearchedMap {
 
 std::vector<SeparatedTag> explain_contradictions(SceneSearch& search, std::vector<IdPlaces>& duplicates) {
   SceneMap& map = search.map();
-  if (!(map.assumed_size_spread > 0) || !search.goes_on()) return {};
+  if (!search.goes_on()) return {};
   search.count_correlated();
   SearchedScene searched(search, duplicates);
   const ReleasedSizes sizes = ContradictionSearch(searched).explain(map.assumed_size_spread);

@@ -371,6 +371,17 @@ TEST(GivenFacts, AWrongPoseIsReportedAlsoIfTheMapYieldsToIt) {
   EXPECT_THAT(warnings(0.3), ElementsAre(HasSubstr("contradict the given pose of tag 20 ")));
 }
 
+TEST(GivenFacts, AWrongPoseThatTwoOthersRefuteIsNotUsed) {
+  WideScene wide = test::aisles(24, 8);
+  give_pose(wide, 10, {0, 0, 0}, 5e-3, 1e-2);
+  give_pose(wide, 15, {0, 0, 0}, 5e-3, 1e-2);
+  const double without_m = mapped(wide).mean_m;
+  give_pose(wide, 20, {0.03, 0.04, 0}, 5e-3, 1e-2);
+  SceneMap map;
+  EXPECT_LT(mapped(wide, &map).mean_m, 1.1 * without_m + 1e-4);
+  EXPECT_THAT(scene_warnings(map), ElementsAre(HasSubstr("contradict the given pose of tag 20 ")));
+}
+
 TEST(GivenFacts, AWrongSizeIsEstimatedAndReported) {
   for (const int number : {0, 9}) {  // the only known tag; another one
     for (const double factor : {0.8, 0.98, 1.02, 1.05, 1.1, 1.4}) {
@@ -411,6 +422,20 @@ TEST(GivenFacts, AMovedTagIsFoundAndItsLastPoseIsInTheMap) {
     EXPECT_LT(map.moved_tags[0].last_before_s, half_s);
     EXPECT_GE(map.moved_tags[0].first_after_s, half_s);
     EXPECT_THAT(scene_warnings(map), Contains(HasSubstr(fmt::format("tag {}: moved", number))));
+  }
+}
+
+TEST(GivenFacts, AMovedTagIsFoundAlsoIfSizesAreExact) {
+  SceneMapOptions exact;
+  exact.search.tag_size_sigma_percent = 0;
+  for (const int number : {0, 9}) {
+    const SE3 by(SO3::exp({0, 0, 0.05}), {0.03, 0.04, 0});
+    const WideScene wide = test::aisles(24, 8, 0.2, {{number, by}});
+    SceneMap map;
+    EXPECT_LT(mapped(wide, &map, exact).mean_m, 0.02);
+    ASSERT_EQ(map.moved_tags.size(), 1U) << number;
+    EXPECT_EQ(map.moved_tags[0].tag.number, number);
+    EXPECT_NEAR(map.moved_tags[0].distance_m, 0.05, 0.01);
   }
 }
 

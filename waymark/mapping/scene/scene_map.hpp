@@ -109,10 +109,11 @@ struct SceneMap {
   /// Parameters of estimated cameras; `scene` contains the estimates.
   std::vector<FoundIntrinsics> intrinsics{};
   std::vector<std::size_t>
-      released_sizes{};                    ///< indices into Bundle::sizes of sizes without their usual prior
-  std::vector<WrongSize> wrong_sizes{};    ///< their tags are in the map with the size that was found
-  std::vector<MovedTag> moved_tags{};      ///< their last pose is in the map
-  std::vector<MissingTag> missing_tags{};  ///< expected in images that do not show them
+      released_sizes{};                  ///< indices into Bundle::sizes of sizes without their usual prior
+  std::vector<WrongSize> wrong_sizes{};  ///< their tags are in the map with the size that was found
+  std::vector<PoseIndex> rejected_priors{};  ///< poses whose given value is not used, since others refute it
+  std::vector<MovedTag> moved_tags{};        ///< their last pose is in the map
+  std::vector<MissingTag> missing_tags{};    ///< expected in images that do not show them
   /// Ids of two tags. The map has the tag at the given pose. If no pose is given, it has the tag that was
   /// observed later, if their observations follow each other, and otherwise the one with more observations.
   std::vector<DuplicateTag> duplicate_tags{};

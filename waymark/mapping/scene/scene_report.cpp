@@ -277,18 +277,20 @@ void warn_of_priors(const SceneMap& map, std::vector<std::string>& warnings) {
   const auto check = [&](const std::string& name, PoseIndex pose, const std::optional<ScenePrior>& prior) {
     if (!prior || map.placed[pose] == 0 || map.problem.bundle.poses[pose].fixed) return;
     const SE3& now = map.problem.bundle.poses[pose].value;
+    const bool used = std::ranges::find(map.rejected_priors, pose) == map.rejected_priors.end();
     const std::optional<double> sigmas =
-        contradiction_sigmas(prior->factor(), now, map.covariance.poses[pose]);
+        contradiction_sigmas(prior->factor(), now, map.covariance.poses[pose], used);
     if (!sigmas) return;
     constexpr double kResolved_px = 0.1;  // smaller differences from a given pose are not visible in images
     const std::optional<double> shift_px = largest_shift_px(map.problem.bundle, pose, prior->mean);
     if (shift_px && *shift_px < kResolved_px) return;
     const SE3 off = prior->mean.inverse() * now;
     warnings.push_back(
-        fmt::format("the observations contradict the given pose of {} ({:.1f} sigma); in the map it is "
+        fmt::format("the observations contradict the given pose of {} ({:.1f} sigma){}; in the map it is "
                     "{:.4f} m and {:.2f} "
                     "deg from it",
-                    name, *sigmas, off.translation().norm(), to_degrees(off.rotation().log().norm())));
+                    name, *sigmas, used ? "" : ", which is not used", off.translation().norm(),
+                    to_degrees(off.rotation().log().norm())));
   };
   for (std::size_t c = 0; c < map.scene.cameras.size(); ++c)
     check("camera " + map.scene.cameras[c].name, map.problem.cameras[c], map.scene.cameras[c].body_T_cam);
