@@ -390,14 +390,14 @@ class Flags(InFolder):
 
     @staticmethod
     def usual(verb, key):
-        """The default of an option, by the help."""
+        """The default of an option, by the help; 1 if it depends on other values."""
         text = help_of(verb, "--help-all")
         listed = re.search(rf"^  {re.escape(key)}=(\S*)", text, re.M)
         if listed:
             return listed[1]
         flag = key.rsplit(".", 1)[1].replace("_", "-")
         found = re.search(rf"^  --{flag}(?![\w-])(,--no-{flag}\S*)?(?: \S+?=(\S+))?", text, re.M)
-        return "true" if found[1] else found[2]
+        return "true" if found[1] else found[2] or "1"
 
 
 if __name__ == "__main__":
