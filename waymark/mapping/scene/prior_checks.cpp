@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
@@ -152,16 +153,19 @@ std::optional<double> contradiction_sigmas(const PosePriorFactor& given, const S
 std::vector<std::size_t> sizes_far_from_given_pose(const SceneMap& map) {
   std::vector<char> observed(map.problem.bundle.poses.size(), 0);
   for (const CornerTerm& term : map.problem.bundle.corners) observed[term.tag] = 1;
-  std::vector<std::size_t> sizes;
+  std::vector<std::pair<double, std::size_t>> far;  // negative squared residuals, and sizes
   for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
     for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
       const std::optional<ScenePrior>& given = map.scene.bodies[b].tags[t].body_T_tag;
       const PoseIndex pose = map.problem.tags[b][t];
       if (!given || map.placed[pose] == 0 || observed[pose] == 0) continue;
       const Vector6 r = pose_prior_residual(given->factor(), map.problem.bundle.poses[pose].value);
-      if (r.squaredNorm() > kQuantiles.back()) sizes.push_back(map.problem.sizes[b][t]);
+      if (r.squaredNorm() > kQuantiles.back()) far.emplace_back(-r.squaredNorm(), map.problem.sizes[b][t]);
     }
   }
+  std::ranges::sort(far);
+  std::vector<std::size_t> sizes(far.size());
+  std::ranges::transform(far, sizes.begin(), [](const auto& tag) { return tag.second; });
   return sizes;
 }
 

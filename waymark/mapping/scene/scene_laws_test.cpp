@@ -376,7 +376,7 @@ TEST(GivenFacts, AWrongPoseThatTwoOthersRefuteIsNotUsed) {
   give_pose(wide, 10, {0, 0, 0}, 5e-3, 1e-2);
   give_pose(wide, 15, {0, 0, 0}, 5e-3, 1e-2);
   const double without_m = mapped(wide).mean_m;
-  give_pose(wide, 20, {0.03, 0.04, 0}, 5e-3, 1e-2);
+  give_pose(wide, 20, {0.09, 0.12, 0}, 5e-3, 1e-2);
   SceneMap map;
   EXPECT_LT(mapped(wide, &map).mean_m, 1.1 * without_m + 1e-4);
   EXPECT_THAT(scene_warnings(map), ElementsAre(HasSubstr("contradict the given pose of tag 20 ")));
