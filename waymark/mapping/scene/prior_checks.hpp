@@ -16,8 +16,8 @@ namespace waymark {
 /// By how many standard deviations the observations contradict a given pose; empty if they do so by chance
 /// once in a thousand times or more often. The estimate lies between the given pose and what the observations
 /// alone would give. In units of the prior, the estimate's residual r has the covariance I - V, with V the
-/// estimate's covariance; if the estimate does not use the given pose, I + V. `covariance`: of the estimate,
-/// in the left tangent.
+/// estimate's covariance. If the estimate does not use the given pose, it is I + V. `covariance`: of the
+/// estimate, in the left tangent.
 [[nodiscard]] std::optional<double> contradiction_sigmas(const PosePriorFactor& given, const SE3& estimate,
                                                          const Matrix6& covariance, bool used = true);
 
