@@ -21,8 +21,8 @@ namespace waymark {
 [[nodiscard]] std::optional<double> contradiction_sigmas(const PosePriorFactor& given, const SE3& estimate,
                                                          const Matrix6& covariance, bool used = true);
 
-/// The sizes of tags whose estimated pose is far from the given one, the farthest first: the map yields to
-/// wrong given poses, and may then contradict right ones too, but less.
+/// The sizes of tags whose estimated pose is far from the given one, the farthest first. A map
+/// that yields to a wrong given pose contradicts right ones too, but less.
 [[nodiscard]] std::vector<std::size_t> sizes_far_from_given_pose(const SceneMap& map);
 
 }  // namespace waymark
