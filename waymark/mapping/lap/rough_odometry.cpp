@@ -102,7 +102,8 @@ std::optional<double> scale_of(const Pairs& pairs, double min_sum) {
   double scale = 0;
   for (const auto& [ratio, weight] : ratios) {
     scale = ratio;
-    if ((below += weight) >= sum / 2) break;
+    below += weight;
+    if (below >= sum / 2) break;
   }
   std::vector<double> off;
   for (const auto& [odometry, truth] : pairs) off.push_back(std::abs(truth - scale * odometry));
