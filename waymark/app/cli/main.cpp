@@ -1,8 +1,27 @@
+#include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "waymark/app/cli/console.hpp"
 #include "waymark/app/cli/program.hpp"
+
+namespace {
+
+/// Ends the process. Threads of loaded libraries may run until then, and use static objects of their library
+/// (those of Ignition Transport read messages by protobuf). These objects are therefore not destroyed, except
+/// where a sanitizer looks for leaks.
+[[noreturn]] void end_process(int code) {
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+  std::exit(code);
+#endif
+#endif
+  std::fflush(nullptr);
+  std::_Exit(code);
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   namespace cli = waymark::cli;
@@ -27,5 +46,5 @@ int main(int argc, char** argv) {
               cli::tags_verb(),
           },
   };
-  return cli::run_program(program, std::vector<std::string>(argv + (argc > 0 ? 1 : 0), argv + argc));
+  end_process(cli::run_program(program, std::vector<std::string>(argv + (argc > 0 ? 1 : 0), argv + argc)));
 }
