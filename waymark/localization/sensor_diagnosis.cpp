@@ -1,0 +1,272 @@
+#include "waymark/localization/sensor_diagnosis.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include "waymark/base/angles.hpp"
+
+namespace waymark {
+namespace {
+
+Duration duration_of(double seconds) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+}
+
+bool is_time(SensorFault fault) {
+  return fault == SensorFault::GyroTime || fault == SensorFault::OdometryTime ||
+         fault == SensorFault::ObservationTime;
+}
+
+bool is_odometry_scale(SensorFault fault) {
+  return fault == SensorFault::OdometryDistanceScale || fault == SensorFault::OdometryYawScale;
+}
+
+/// Whether a correction for this explanation can be trusted.
+bool is_safe(const SensorExplanations& found) {
+  constexpr double kMaxTimeSigma_s = 0.02;
+  const SensorExplanation& best = found.likely.front();
+  if (!found.decided)
+    return is_odometry_scale(best.fault) && found.rival->fault == SensorFault::ObservedScale;
+  switch (best.fault) {
+    case SensorFault::GyroUnit:
+    case SensorFault::GyroAxis:
+    case SensorFault::GyroScale:
+    case SensorFault::OdometryYawScale:
+    case SensorFault::OdometryDistanceUnit:
+    case SensorFault::OdometryDistanceScale:
+      return true;
+    case SensorFault::GyroTime:
+    case SensorFault::OdometryTime:
+    case SensorFault::ObservationTime:
+      return best.sigma <= kMaxTimeSigma_s;
+    default:
+      return false;
+  }
+}
+
+/// Adds the correction for one more explanation.
+void add(const SensorExplanation& explanation, SensorCorrection& correction) {
+  switch (explanation.fault) {
+    case SensorFault::GyroUnit:
+    case SensorFault::GyroAxis: {
+      // The nominal unit, because the remaining scale is that of any gyro.
+      const double unit = explanation.value > 10    ? to_degrees(1.0)
+                          : explanation.value < 0.1 ? to_radians(1.0)
+                                                    : 1;
+      correction.gyro_factor /= unit;
+      correction.base_R_gyro =
+          Eigen::Quaterniond::FromTwoVectors(explanation.gyro_up, Eigen::Vector3d::UnitZ())
+              .toRotationMatrix() *
+          correction.base_R_gyro;
+      break;
+    }
+    case SensorFault::GyroScale:
+      correction.gyro_factor *= explanation.value;
+      break;
+    case SensorFault::GyroTime:
+      correction.gyro_late_s += explanation.value;
+      break;
+    case SensorFault::OdometryTime:
+      correction.odometry_late_s += explanation.value;
+      break;
+    case SensorFault::ObservationTime:
+      correction.observations_late_s += explanation.value;
+      break;
+    case SensorFault::OdometryYawScale:
+      correction.yaw_scale *= explanation.value;
+      break;
+    case SensorFault::OdometryDistanceScale:
+      correction.odometry_scale *= explanation.value;
+      break;
+    case SensorFault::OdometryDistanceUnit:
+      correction.odometry_scale /= explanation.value;
+      break;
+    default:
+      break;
+  }
+}
+
+/// Odometry whose distances and turns are multiplied by the scales.
+std::vector<Odometry> with_scales(const std::vector<Odometry>& odometry, const SensorCorrection& correction) {
+  std::vector<Odometry> result;
+  result.reserve(odometry.size());
+  for (std::size_t i = 0; i < odometry.size(); ++i) {
+    Odometry sample = odometry[i];
+    if (i > 0) {
+      SE2::Tangent twist = (odometry[i - 1].odom_T_base.inverse() * sample.odom_T_base).log();
+      twist.head<2>() *= correction.odometry_scale;
+      twist.z() *= correction.yaw_scale;
+      sample.odom_T_base = result.back().odom_T_base * SE2::exp(twist);
+    }
+    result.push_back(sample);
+  }
+  return result;
+}
+
+MotionSources corrected_by(const SensorCorrection& correction, const MotionSources& sources) {
+  MotionSources result = sources;
+  if (!correction.gyro_usable) result.imu.clear();
+  for (ImuSample& sample : result.imu) sample = correction.corrected(sample);
+  if (correction.odometry_scale != 1 || correction.yaw_scale != 1)
+    result.odometry = with_scales(sources.odometry, correction);
+  for (Odometry& sample : result.odometry) sample = correction.corrected(sample);
+  const Duration late = duration_of(correction.observations_late_s);
+  for (ObservedMotion& motion : result.observed) {
+    motion.from -= late;
+    motion.to -= late;
+  }
+  return result;
+}
+
+/// Whether the data leave it open that the gyro is the source with the fault.
+bool suspects_gyro(const SensorExplanations& found) {
+  if (source_of(found.likely.front().fault) == SensorKind::Gyro) return true;
+  return !found.decided && source_of(found.rival->fault) == SensorKind::Gyro;
+}
+
+SensorMeasure measure_for(const SensorExplanations& found, bool has_odometry, SensorCorrection& correction) {
+  if (is_safe(found)) {
+    add(found.likely.front(), correction);
+    return SensorMeasure::Corrected;
+  }
+  const bool small = found.likely.front().fault == SensorFault::GyroTime;
+  if (!suspects_gyro(found) || small || !has_odometry) return SensorMeasure::None;
+  correction.gyro_usable = false;
+  return SensorMeasure::GyroNotUsed;
+}
+
+}  // namespace
+
+ImuSample SensorCorrection::corrected(const ImuSample& sample) const {
+  ImuSample result = sample;
+  result.stamp -= duration_of(gyro_late_s);
+  result.angular_velocity_rad_s = gyro_factor * (base_R_gyro * sample.angular_velocity_rad_s);
+  result.linear_acceleration_m_s2 = base_R_gyro * sample.linear_acceleration_m_s2;
+  return result;
+}
+
+Odometry SensorCorrection::corrected(const Odometry& sample) const {
+  Odometry result = sample;
+  result.stamp -= duration_of(odometry_late_s);
+  return result;
+}
+
+bool SensorCorrection::changes_imu() const {
+  return gyro_late_s != 0 || gyro_factor != 1 || base_R_gyro != Eigen::Matrix3d::Identity();
+}
+
+SensorDiagnosis diagnose_sensors(MotionSources sources, const SensorExplanationOptions& options) {
+  constexpr int kMaxFindings = 3;
+  SensorDiagnosis diagnosis;
+  const bool has_odometry = !sources.odometry.empty();
+  MotionSources current = std::move(sources);
+  const MotionSources given = current;
+  for (int i = 0; i < kMaxFindings; ++i) {
+    SensorExplanations found = explain_sensors(current, options);
+    if (found.likely.empty()) break;
+    const SensorMeasure measure = measure_for(found, has_odometry, diagnosis.correction);
+    diagnosis.findings.push_back({std::move(found), measure});
+    if (measure == SensorMeasure::None) break;
+    current = corrected_by(diagnosis.correction, given);
+  }
+  return diagnosis;
+}
+
+// Text.
+namespace {
+
+/// The axis of a gyro, such as "-y".
+std::string axis_name(const Eigen::Vector3d& up) {
+  Eigen::Index axis = 0;
+  up.cwiseAbs().maxCoeff(&axis);
+  return fmt::format("{}{}", up[axis] < 0 ? "-" : "+", "xyz"[axis]);
+}
+
+std::string unit_text(double value) {
+  return value > 1 ? "degrees per second instead of radians per second" : "57.3 times too small";
+}
+
+/// What is wrong, with the number.
+std::string fault_text(const SensorExplanation& e) {
+  const std::string number = fmt::format("{:.3g} +- {:.2g}", e.value, e.sigma);
+  switch (e.fault) {
+    case SensorFault::GyroUnit:
+      return fmt::format("the yaw rate of the gyro is {} times the rotation: {}", number, unit_text(e.value));
+    case SensorFault::GyroAxis: {
+      const bool unit = e.value > 10 || e.value < 0.1;
+      return fmt::format(
+          "the yaw rate is about {} of the gyro, not +z{}", axis_name(e.gyro_up),
+          unit ? fmt::format(", and it is {} times the rotation: {}", number, unit_text(e.value)) : "");
+    }
+    case SensorFault::GyroScale:
+      return fmt::format("the gyro has a scale of {} (true over measured rotation)", number);
+    case SensorFault::GyroTime:
+      return fmt::format("stamps of the gyro are late by {:.3f} +- {:.3f} s", e.value, e.sigma);
+    case SensorFault::GyroUnrelated:
+      return "the gyro does not measure the rotation of the base: no unit, axis, scale or time offset "
+             "explains its rates";
+    case SensorFault::OdometryYawSign:
+      return "the odometry turns in the opposite direction";
+    case SensorFault::OdometryYawScale:
+      return fmt::format("the odometry has a yaw scale of {} (true over measured turn)", number);
+    case SensorFault::OdometryDistanceUnit:
+      return fmt::format("distances of the odometry are {:.0f} times too large: another unit than metres",
+                         e.value);
+    case SensorFault::OdometryReversed:
+      return "the odometry moves in the opposite direction";
+    case SensorFault::OdometryDistanceScale:
+      return fmt::format("the odometry has a distance scale of {} (true over measured distance)", number);
+    case SensorFault::OdometryTime:
+      return fmt::format("stamps of the odometry are late by {:.3f} +- {:.3f} s", e.value, e.sigma);
+    case SensorFault::OdometryUnrelated:
+      return "the odometry does not measure the motion: no unit, sign, scale or time offset explains it";
+    case SensorFault::ObservationTime:
+      return fmt::format("stamps of the images are late by {:.3f} +- {:.3f} s", e.value, e.sigma);
+    case SensorFault::ObservedDistanceUnit:
+      return fmt::format(
+          "distances observed with tags are {:.3g} times the true ones: map or tag sizes have "
+          "another unit than metres",
+          e.value);
+    case SensorFault::ObservedScale:
+      return fmt::format(
+          "distances observed with tags have a scale of {} (true over observed): map, focal length or tag "
+          "sizes",
+          number);
+    case SensorFault::MountingReversed:
+      return "the camera mounting is turned by 180 deg";
+    case SensorFault::ObservedUnrelated:
+      return "the motion observed with tags does not fit that of the other sensors: is it the map of this "
+             "place?";
+  }
+  return {};
+}
+
+std::string measure_text(SensorMeasure measure, SensorFault fault) {
+  switch (measure) {
+    case SensorMeasure::Corrected:
+      return is_time(fault) ? "; corrected by this offset" : "; corrected";
+    case SensorMeasure::GyroNotUsed:
+      return "; the gyro is not used, and turns are those of the odometry";
+    case SensorMeasure::None:
+      break;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string describe(const SensorFinding& finding) {
+  if (finding.found.likely.empty()) return {};
+  const SensorExplanation& best = finding.found.likely.front();
+  std::string text = fault_text(best);
+  if (finding.found.rival && !finding.found.decided)
+    text += fmt::format(". Nearly as likely: {}", fault_text(*finding.found.rival));
+  return text + measure_text(finding.measure, best.fault);
+}
+
+}  // namespace waymark

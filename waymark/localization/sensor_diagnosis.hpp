@@ -1,0 +1,64 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "waymark/localization/sensor_explanation.hpp"
+
+namespace waymark {
+
+/// Corrections to the samples of a robot.
+struct SensorCorrection {
+  Eigen::Matrix3d base_R_gyro = Eigen::Matrix3d::Identity();
+  double gyro_factor = 1;  ///< true over measured rotation
+  /// Stamps minus true times [s].
+  double gyro_late_s = 0;
+  double odometry_late_s = 0;
+  double observations_late_s = 0;
+  double yaw_scale = 1;       ///< true over measured turn of the odometry
+  double odometry_scale = 1;  ///< true over measured distance of the odometry; negative if reversed
+  /// Whether the gyro may be used. If not, rotations should be taken from the odometry.
+  bool gyro_usable = true;
+
+  /// The sample with its true stamp, in base axes and in rad/s.
+  [[nodiscard]] ImuSample corrected(const ImuSample& sample) const;
+  /// The sample with its true stamp. Its scales are not applied, because a filter has its own numbers for
+  /// them.
+  [[nodiscard]] Odometry corrected(const Odometry& sample) const;
+  /// Whether corrected() changes samples.
+  [[nodiscard]] bool changes_imu() const;
+  [[nodiscard]] bool changes_odometry() const { return odometry_late_s != 0; }
+};
+
+/// What a finding led to.
+enum class SensorMeasure : std::uint8_t {
+  None,         ///< it is only reported
+  Corrected,    ///< the correction contains it
+  GyroNotUsed,  ///< rotations should be taken from the odometry
+};
+
+struct SensorFinding {
+  SensorExplanations found{};
+  SensorMeasure measure = SensorMeasure::None;
+};
+
+/// Findings, one after the other: each is searched for in samples that are corrected by those before.
+struct SensorDiagnosis {
+  std::vector<SensorFinding> findings{};
+  SensorCorrection correction{};
+};
+
+/// Explains contradictions between the sources, and derives the corrections that are safe. Those are units,
+/// axes, signs and scales of the gyro, time offsets with a standard deviation of at most 0.02 s, and units
+/// and scales of the odometry. The explanation must be decided. An exception is a scale of the odometry,
+/// because poses in a map that is too large require it as well. If the gyro is the suspect, but its fault is
+/// not decided or cannot be corrected, it is not usable. Finds at most three faults.
+[[nodiscard]] SensorDiagnosis diagnose_sensors(MotionSources sources,
+                                               const SensorExplanationOptions& options = {});
+
+/// A sentence with the source, the number, the rival, and the measure.
+[[nodiscard]] std::string describe(const SensorFinding& finding);
+
+}  // namespace waymark
