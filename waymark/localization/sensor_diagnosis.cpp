@@ -22,16 +22,22 @@ bool is_time(SensorFault fault) {
          fault == SensorFault::ObservationTime;
 }
 
-bool is_odometry_scale(SensorFault fault) {
-  return fault == SensorFault::OdometryDistanceScale || fault == SensorFault::OdometryYawScale;
+/// Whether the poses in the map are the same if the rival is the true explanation. They depend only on the
+/// scale of the odometry relative to the map, and without a gyro only on the time between odometry and
+/// images.
+bool is_equivalent(const SensorExplanation& best, const SensorExplanation& rival) {
+  const auto both = [&](SensorFault a, SensorFault b) {
+    return (best.fault == a && rival.fault == b) || (best.fault == b && rival.fault == a);
+  };
+  return (best.fault == SensorFault::OdometryDistanceScale && rival.fault == SensorFault::ObservedScale) ||
+         both(SensorFault::OdometryTime, SensorFault::ObservationTime);
 }
 
 /// Whether a correction for this explanation can be trusted.
 bool is_safe(const SensorExplanations& found) {
   constexpr double kMaxTimeSigma_s = 0.02;
   const SensorExplanation& best = found.likely.front();
-  if (!found.decided)
-    return is_odometry_scale(best.fault) && found.rival->fault == SensorFault::ObservedScale;
+  if (!found.decided && !is_equivalent(best, *found.rival)) return false;
   switch (best.fault) {
     case SensorFault::GyroUnit:
     case SensorFault::GyroAxis:
@@ -91,29 +97,11 @@ void add(const SensorExplanation& explanation, SensorCorrection& correction) {
   }
 }
 
-/// Odometry whose distances and turns are multiplied by the scales.
-std::vector<Odometry> with_scales(const std::vector<Odometry>& odometry, const SensorCorrection& correction) {
-  std::vector<Odometry> result;
-  result.reserve(odometry.size());
-  for (std::size_t i = 0; i < odometry.size(); ++i) {
-    Odometry sample = odometry[i];
-    if (i > 0) {
-      SE2::Tangent twist = (odometry[i - 1].odom_T_base.inverse() * sample.odom_T_base).log();
-      twist.head<2>() *= correction.odometry_scale;
-      twist.z() *= correction.yaw_scale;
-      sample.odom_T_base = result.back().odom_T_base * SE2::exp(twist);
-    }
-    result.push_back(sample);
-  }
-  return result;
-}
-
 MotionSources corrected_by(const SensorCorrection& correction, const MotionSources& sources) {
-  MotionSources result = sources;
+  MotionSources result{.imu = sources.imu, .observed = sources.observed};
   if (!correction.gyro_usable) result.imu.clear();
   for (ImuSample& sample : result.imu) sample = correction.corrected(sample);
-  if (correction.odometry_scale != 1 || correction.yaw_scale != 1)
-    result.odometry = with_scales(sources.odometry, correction);
+  result.odometry = with_scales(sources.odometry, correction.odometry_scale, correction.yaw_scale);
   for (Odometry& sample : result.odometry) sample = correction.corrected(sample);
   const Duration late = duration_of(correction.observations_late_s);
   for (ObservedMotion& motion : result.observed) {
@@ -158,6 +146,27 @@ Odometry SensorCorrection::corrected(const Odometry& sample) const {
 
 bool SensorCorrection::changes_imu() const {
   return gyro_late_s != 0 || gyro_factor != 1 || base_R_gyro != Eigen::Matrix3d::Identity();
+}
+
+std::vector<Odometry> with_scales(const std::vector<Odometry>& odometry, double distance_scale,
+                                  double yaw_scale) {
+  if (distance_scale == 1 && yaw_scale == 1) return odometry;
+  std::vector<Odometry> result = odometry;
+  const Odometry* before = nullptr;
+  SE2 scaled;
+  for (std::size_t i = 0; i < odometry.size(); ++i) {
+    if (!odometry[i].odom_T_base.matrix().allFinite()) continue;
+    if (before == nullptr) scaled = odometry[i].odom_T_base;
+    if (before != nullptr) {
+      SE2::Tangent twist = (before->odom_T_base.inverse() * odometry[i].odom_T_base).log();
+      twist.head<2>() *= distance_scale;
+      twist.z() *= yaw_scale;
+      scaled = scaled * SE2::exp(twist);
+    }
+    result[i].odom_T_base = scaled;
+    before = &odometry[i];
+  }
+  return result;
 }
 
 SensorDiagnosis diagnose_sensors(MotionSources sources, const SensorExplanationOptions& options) {

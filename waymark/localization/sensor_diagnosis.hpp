@@ -32,6 +32,10 @@ struct SensorCorrection {
   [[nodiscard]] bool changes_odometry() const { return odometry_late_s != 0; }
 };
 
+/// Odometry whose distances and turns are multiplied by these factors.
+[[nodiscard]] std::vector<Odometry> with_scales(const std::vector<Odometry>& odometry, double distance_scale,
+                                                double yaw_scale);
+
 /// What a finding led to.
 enum class SensorMeasure : std::uint8_t {
   None,         ///< it is only reported
@@ -52,9 +56,9 @@ struct SensorDiagnosis {
 
 /// Explains contradictions between the sources, and derives the corrections that are safe. Those are units,
 /// axes, signs and scales of the gyro, time offsets with a standard deviation of at most 0.02 s, and units
-/// and scales of the odometry. The explanation must be decided. An exception is a scale of the odometry,
-/// because poses in a map that is too large require it as well. If the gyro is the suspect, but its fault is
-/// not decided or cannot be corrected, it is not usable. Finds at most three faults.
+/// and scales of the odometry. The explanation must be decided, unless its rival results in the same poses.
+/// If the gyro is the suspect, but its fault is not decided or cannot be corrected, it is not usable. Finds
+/// at most three faults.
 [[nodiscard]] SensorDiagnosis diagnose_sensors(MotionSources sources,
                                                const SensorExplanationOptions& options = {});
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -15,6 +16,7 @@
 #include "waymark/mapping/lap/chain.hpp"
 #include "waymark/mapping/lap/floor_observations.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
+#include "waymark/pipeline/lap_diagnosis.hpp"
 #include "waymark/replay/route_checks.hpp"
 
 namespace waymark {
@@ -238,6 +240,49 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup, cons
   return map_lap_in_place(lap, setup, options, progress);
 }
 
+namespace {
+
+/// The odometry and the IMU data of a lap, corrected as long as this object exists.
+class CorrectedLap {
+ public:
+  CorrectedLap(TaughtLap& taught, const SensorCorrection& correction)
+      : taught_(taught), changed_(changes_lap(correction)) {
+    if (!changed_) return;
+    given_.odometry = taught.odometry;
+    given_.imu = taught.imu;
+    apply(correction, taught);
+  }
+  ~CorrectedLap() {
+    if (!changed_) return;
+    taught_.odometry = std::move(given_.odometry);
+    taught_.imu = std::move(given_.imu);
+  }
+  CorrectedLap(const CorrectedLap&) = delete;
+  CorrectedLap& operator=(const CorrectedLap&) = delete;
+
+ private:
+  TaughtLap& taught_;
+  TaughtLap given_{};
+  bool changed_;
+};
+
+/// Whether a map has the fault as one of its unknowns and reports its value.
+bool is_unknown_of_map(SensorFault fault) {
+  return fault == SensorFault::OdometryYawScale || fault == SensorFault::OdometryDistanceScale;
+}
+
+/// Adds the findings, with their messages before all others, because they may be the cause of those.
+void add_sensors(const SensorDiagnosis& sensors, MappedLap& lap) {
+  lap.sensors = sensors.findings;
+  std::vector<std::string> messages;
+  for (const SensorFinding& finding : sensors.findings) {
+    if (!is_unknown_of_map(finding.found.likely.front().fault)) messages.push_back(describe(finding));
+  }
+  lap.warnings.insert(lap.warnings.begin(), messages.begin(), messages.end());
+}
+
+}  // namespace
+
 Result<MappedLap> map_lap_in_place(TaughtLap& taught, const TeachSetup& given, const MapLapOptions& options,
                                    const MapProgress& progress) {
   if (options.prior && options.method == MapMethod::Chain)
@@ -249,6 +294,8 @@ Result<MappedLap> map_lap_in_place(TaughtLap& taught, const TeachSetup& given, c
   TeachSetup setup = given;
   const Result<std::string> stance = place_anchor(taught, options, setup);
   if (!stance) return tl::unexpected(stance.error());
+  const SensorDiagnosis sensors = diagnose_lap(taught, setup);
+  const CorrectedLap corrected(taught, sensors.correction);
   Result<MappedLap> lap = options.method == MapMethod::Chain ? by_chain(taught, setup, options)
                                                              : by_bundle(taught, setup, options, progress);
   if (!lap) return lap;
@@ -263,6 +310,7 @@ Result<MappedLap> map_lap_in_place(TaughtLap& taught, const TeachSetup& given, c
   lap->frames = static_cast<int>(taught.frames.size());
   warn_of_gaps(*lap);
   warn_of_route(*lap);
+  add_sensors(sensors, *lap);
   return lap;
 }
 

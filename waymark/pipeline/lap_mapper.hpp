@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "waymark/localization/sensor_diagnosis.hpp"
 #include "waymark/mapping/lap/bundle_map.hpp"
 #include "waymark/mapping/lap/landmark_map.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
@@ -80,6 +81,7 @@ struct MappedLap {
   int frames_without_pose = 0;
   std::vector<std::string> warnings{};  ///< warnings about missing or uncertain results
   std::optional<BundleFigures> bundle{};
+  std::vector<SensorFinding> sensors{};  ///< faults of sensors; their messages are among the warnings
 };
 
 /// The data recorded during a taught lap.
@@ -90,7 +92,8 @@ struct TaughtLap {
   std::vector<ImuSample> imu{};      ///< may be empty
 };
 
-/// Maps a taught lap: estimates a map of the tags, the trajectory of the base, and a route. Fails if
+/// Maps a taught lap: estimates a map of the tags, the trajectory of the base, and a route. Faults of sensors
+/// that contradict the others are corrected first where that is safe (diagnose_lap()). Fails if
 /// MapMethod::Chain should extend a map, and if the lap has no frames, does not contain the anchor, or is too
 /// short for a route.
 [[nodiscard]] Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 #include <variant>
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/lap_input.hpp"
+#include "waymark/app/common/sensor_finding_fields.hpp"
 #include "waymark/app/localize/localize_output.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/config/exchange/landmarks_file.hpp"
@@ -18,6 +20,7 @@
 #include "waymark/config/yaml/robot_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/innovation_fits.hpp"
+#include "waymark/localization/sample_diagnosis.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 
 namespace waymark {
@@ -263,6 +266,17 @@ Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   return inputs;
 }
 
+/// Finds faults of sensors, and corrects the samples and the setup where that is safe.
+void correct_sensors(const LocalizeJob& job, LocalizeInputs& inputs) {
+  if (job.method == LocalizationKind::Anchor) return;
+  LocalizerSetup& setup = inputs.setup;
+  inputs.sensors =
+      diagnose_sensors(motion_sources(inputs.samples, setup.landmarks, setup.sensor, setup.filter));
+  if (job.no_adapt) inputs.sensors = without_scales_and_times(std::move(inputs.sensors));
+  apply(inputs.sensors.correction, inputs.samples, setup.filter);
+  for (const SensorFinding& finding : inputs.sensors.findings) inputs.warnings.push_back(describe(finding));
+}
+
 /// Applies the mounting of a planar sensor and then the calibration, which overrides it.
 Status apply_mounting(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (job.sensor_pose.size() == 3) {
@@ -335,6 +349,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
         "(set `sensor_pose`)");
   }
   std::ranges::stable_sort(inputs.samples, {}, stamp_of);
+  correct_sensors(job, inputs);
   return read;
 }
 
@@ -535,6 +550,7 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   }
   if (!report) return report;
   report->method = job.method;
+  report->sensors = inputs.sensors.findings;
   report->problems = localizer->method().problems();
   if (first.suspect)
     report->problems.emplace_back(
@@ -582,6 +598,7 @@ ReportFields fields(const LocalizeReport& report) {
       {"duration_s", "Duration of the drive", report.duration_s},
       {"wall_s", "Duration of the run", report.wall_s},
       {"last", "The last estimate", last},
+      {"sensors", kSensorsHelp, report.sensors},
       {"problems", "Swapped or moved tags, tags with a wrong size, and other problems; one sentence each",
        report.problems}};
 }

@@ -10,6 +10,7 @@
 #include "waymark/app/localize/localize_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/config/yaml/robot_file.hpp"
+#include "waymark/localization/sensor_diagnosis.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/recording/recording_setup.hpp"
 #include "waymark/samples/calibration.hpp"
@@ -78,6 +79,9 @@ struct LocalizeInputs {
   /// Why samples were removed: they are stamped by another clock than the observations. Its error is one of
   /// the warnings as well.
   std::optional<OtherClock> other_clock{};
+  /// Faults of sensors. The samples and the setup contain its correction; its findings are among the
+  /// warnings.
+  SensorDiagnosis sensors{};
   std::size_t observations = 0;
   bool mounting_guessed = false;  ///< whether the mounting was unknown and had to be assumed
   /// Whether `sensor_pose` was set. If so, the sensor has x forward and y left; otherwise it has optical
@@ -112,6 +116,7 @@ struct LocalizeReport {
   double wall_s = 0;
   std::optional<LocalizationEstimate> last{};
   std::vector<std::string> problems{};
+  std::vector<SensorFinding> sensors{};  ///< faults of sensors
 };
 
 /// Localises the samples and writes the output. Odometry and ground truth are copied unchanged. Certain

@@ -12,6 +12,7 @@
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
+#include "waymark/app/common/sensor_finding_fields.hpp"
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/app/common/wrong_size_fields.hpp"
 #include "waymark/app/map/map_extension.hpp"
@@ -680,6 +681,7 @@ ReportFields fields(const MapReport& report) {
        part(bundle, &BundleFigures::turns_by_gyro)},
       {"without_gyro_fraction", "Fraction of the lap without gyro data; 1 without a gyro",
        part(bundle, &BundleFigures::without_gyro_share)},
+      {"sensors", kSensorsHelp, lap.sensors},
       {"wall_s", "Duration of the run", report.wall_s},
       {"peak_rss_mib", "Peak memory of the process so far", report.peak_rss_mib},
       {"warnings", "Warnings about the map, one sentence each", report.warnings},

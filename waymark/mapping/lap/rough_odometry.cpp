@@ -10,6 +10,7 @@
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/lap/floor_observations.hpp"
 #include "waymark/mapping/lap/motion_tracks.hpp"
+#include "waymark/mapping/lap/tag_motions.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -21,25 +22,6 @@ struct Window {
   SE2::Tangent wheels = SE2::Tangent::Zero();
   std::optional<double> gyro_rad{};
 };
-
-/// Motion of the base between two frames according to their common tags, computed as medians over the tags.
-std::optional<SE2::Tangent> motion_by_tags(const FloorFrame& from, const FloorFrame& to) {
-  std::vector<double> x;
-  std::vector<double> y;
-  std::vector<double> turn;
-  for (const FloorObservation& a : from.tags) {
-    for (const FloorObservation& b : to.tags) {
-      if (a.tag != b.tag) continue;
-      const SE2 motion = a.base_X_tag.front().a_X_b.mean * b.base_X_tag.front().a_X_b.mean.inverse();
-      const SE2::Tangent twist = motion.log();
-      x.push_back(twist[0]);
-      y.push_back(twist[1]);
-      turn.push_back(twist[2]);
-    }
-  }
-  if (x.empty()) return std::nullopt;
-  return SE2::Tangent(median(std::move(x)), median(std::move(y)), median(std::move(turn)));
-}
 
 /// The frames on the floor of each camera; a window starts and ends with a frame from the same camera.
 std::vector<std::vector<FloorFrame>> by_camera(const LapInput& lap, const TagShapes& shapes,
@@ -68,7 +50,8 @@ void add_windows(const LapInput& lap, const std::vector<FloorFrame>& frames, std
     const auto b = wheels.at(frames[j].stamp);
     const auto tags = motion_by_tags(frames[i], frames[j]);
     if (duration_s > kMaxWindow_s || !a || !b || !tags) continue;
-    Window window{duration_s, *tags, (a->inverse() * *b).log(), gyro.turn(frames[i].stamp, frames[j].stamp)};
+    Window window{duration_s, tags->twist, (a->inverse() * *b).log(),
+                  gyro.turn(frames[i].stamp, frames[j].stamp)};
     constexpr double kMaxTurn_rad = 2.5;  // larger rotations are ambiguous by a full turn
     if (std::abs(window.wheels[2]) < kMaxTurn_rad) windows.push_back(window);
   }
