@@ -12,10 +12,10 @@
 namespace waymark::internal {
 namespace {
 
-/// Residuals of neighbouring intervals share the errors of a fix and of a slip: two of them count as one.
-constexpr double kIndependentShare = 0.5;
+/// Residuals of neighbouring intervals share the errors of a fix and of a slip, so they count less.
+constexpr double kIndependentShare = 0.8;
 constexpr double kFreedom = 4;        ///< degrees of freedom of Student's t distribution
-constexpr double kNoisePrior = 6;     ///< number of intervals that the usual noise counts for
+constexpr double kNoisePrior = 3;     ///< number of intervals that the usual noise counts for
 constexpr double kFirstNoise2 = 100;  ///< large at first, so that the weights do not exclude a wrong start
 constexpr double kTypicalSpeed_m_s = 0.4;
 constexpr double kSpeedLogSigma = 1.2;  ///< of the logarithm of the speed of a robot

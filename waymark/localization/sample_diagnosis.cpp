@@ -25,11 +25,13 @@ MotionSources motion_sources(std::span<const Sample> samples, const Landmarks& l
 SensorDiagnosis without_scales_and_times(SensorDiagnosis diagnosis) {
   SensorCorrection& correction = diagnosis.correction;
   correction = {.base_R_gyro = correction.base_R_gyro,
-                .gyro_factor = correction.gyro_factor,
+                .gyro_unit = correction.gyro_unit,
+                .distance_unit = correction.distance_unit,
                 .gyro_usable = correction.gyro_usable};
   for (SensorFinding& finding : diagnosis.findings) {
     const SensorFault fault = finding.found.likely.front().fault;
-    const bool kept = source_of(fault) == SensorKind::Gyro && fault != SensorFault::GyroTime;
+    const bool kept = fault == SensorFault::GyroUnit || fault == SensorFault::GyroAxis ||
+                      fault == SensorFault::OdometryDistanceUnit;
     if (!kept && finding.measure == SensorMeasure::Corrected) finding.measure = SensorMeasure::None;
   }
   return diagnosis;

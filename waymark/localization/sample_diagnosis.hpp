@@ -16,8 +16,8 @@ namespace waymark {
 [[nodiscard]] MotionSources motion_sources(std::span<const Sample> samples, const Landmarks& landmarks,
                                            const MountedSensor& sensor, const RiekfOptions& options);
 
-/// The diagnosis with units and axes of the gyro as its only corrections, for a caller that sets scales and
-/// times. The other findings are only reported.
+/// The diagnosis with units and axes as its only corrections, for a caller that sets scales and times. The
+/// other findings are only reported.
 [[nodiscard]] SensorDiagnosis without_scales_and_times(SensorDiagnosis diagnosis);
 
 /// Applies a correction to samples, which it keeps in stamp order, and to the options of a filter.

@@ -36,8 +36,9 @@ bool is_equivalent(const SensorExplanation& best, const SensorExplanation& rival
 /// Whether a correction for this explanation can be trusted.
 bool is_safe(const SensorExplanations& found) {
   constexpr double kMaxTimeSigma_s = 0.02;
+  constexpr double kMinTimeSigmas = 8;  // or it removes most of the offset
   const SensorExplanation& best = found.likely.front();
-  if (!found.decided && !is_equivalent(best, *found.rival)) return false;
+  if (!found.decided && !(found.rival && is_equivalent(best, *found.rival))) return false;
   switch (best.fault) {
     case SensorFault::GyroUnit:
     case SensorFault::GyroAxis:
@@ -49,7 +50,7 @@ bool is_safe(const SensorExplanations& found) {
     case SensorFault::GyroTime:
     case SensorFault::OdometryTime:
     case SensorFault::ObservationTime:
-      return best.sigma <= kMaxTimeSigma_s;
+      return best.sigma <= std::max(kMaxTimeSigma_s, std::abs(best.value) / kMinTimeSigmas);
     default:
       return false;
   }
@@ -64,7 +65,7 @@ void add(const SensorExplanation& explanation, SensorCorrection& correction) {
       const double unit = explanation.value > 10    ? to_degrees(1.0)
                           : explanation.value < 0.1 ? to_radians(1.0)
                                                     : 1;
-      correction.gyro_factor /= unit;
+      correction.gyro_unit /= unit;
       correction.base_R_gyro =
           Eigen::Quaterniond::FromTwoVectors(explanation.gyro_up, Eigen::Vector3d::UnitZ())
               .toRotationMatrix() *
@@ -72,7 +73,7 @@ void add(const SensorExplanation& explanation, SensorCorrection& correction) {
       break;
     }
     case SensorFault::GyroScale:
-      correction.gyro_factor *= explanation.value;
+      correction.gyro_scale *= explanation.value;
       break;
     case SensorFault::GyroTime:
       correction.gyro_late_s += explanation.value;
@@ -90,7 +91,7 @@ void add(const SensorExplanation& explanation, SensorCorrection& correction) {
       correction.odometry_scale *= explanation.value;
       break;
     case SensorFault::OdometryDistanceUnit:
-      correction.odometry_scale /= explanation.value;
+      correction.distance_unit /= explanation.value;
       break;
     default:
       break;
@@ -114,7 +115,7 @@ MotionSources corrected_by(const SensorCorrection& correction, const MotionSourc
 /// Whether the data leave it open that the gyro is the source with the fault.
 bool suspects_gyro(const SensorExplanations& found) {
   if (source_of(found.likely.front().fault) == SensorKind::Gyro) return true;
-  return !found.decided && source_of(found.rival->fault) == SensorKind::Gyro;
+  return !found.decided && found.rival && source_of(found.rival->fault) == SensorKind::Gyro;
 }
 
 SensorMeasure measure_for(const SensorExplanations& found, bool has_odometry, SensorCorrection& correction) {
@@ -133,7 +134,7 @@ SensorMeasure measure_for(const SensorExplanations& found, bool has_odometry, Se
 ImuSample SensorCorrection::corrected(const ImuSample& sample) const {
   ImuSample result = sample;
   result.stamp -= duration_of(gyro_late_s);
-  result.angular_velocity_rad_s = gyro_factor * (base_R_gyro * sample.angular_velocity_rad_s);
+  result.angular_velocity_rad_s = gyro_unit * gyro_scale * (base_R_gyro * sample.angular_velocity_rad_s);
   result.linear_acceleration_m_s2 = base_R_gyro * sample.linear_acceleration_m_s2;
   return result;
 }
@@ -141,11 +142,15 @@ ImuSample SensorCorrection::corrected(const ImuSample& sample) const {
 Odometry SensorCorrection::corrected(const Odometry& sample) const {
   Odometry result = sample;
   result.stamp -= duration_of(odometry_late_s);
+  if (distance_unit == 1) return result;
+  const SE2& pose = sample.odom_T_base;
+  result.odom_T_base = SE2(pose.rotation(), distance_unit * pose.translation());
+  result.speed_m_s = distance_unit * sample.speed_m_s;
   return result;
 }
 
 bool SensorCorrection::changes_imu() const {
-  return gyro_late_s != 0 || gyro_factor != 1 || base_R_gyro != Eigen::Matrix3d::Identity();
+  return gyro_late_s != 0 || gyro_unit != 1 || gyro_scale != 1 || base_R_gyro != Eigen::Matrix3d::Identity();
 }
 
 std::vector<Odometry> with_scales(const std::vector<Odometry>& odometry, double distance_scale,
@@ -169,6 +174,37 @@ std::vector<Odometry> with_scales(const std::vector<Odometry>& odometry, double 
   return result;
 }
 
+namespace {
+
+/// Whether the best explanation is a time offset at the bound of the search, so that the true one is larger.
+bool is_at_bound(const SensorExplanations& found, double max_offset_s) {
+  constexpr double kBoundShare = 0.9;
+  const SensorExplanation& best = found.likely.front();
+  return is_time(best.fault) && std::abs(best.value) > kBoundShare * max_offset_s;
+}
+
+bool is_unrelated(SensorFault fault) {
+  return fault == SensorFault::GyroUnrelated || fault == SensorFault::OdometryUnrelated ||
+         fault == SensorFault::ObservedUnrelated;
+}
+
+/// Searches for large time offsets only if small ones explain nothing, because they require data before and
+/// after each interval.
+SensorExplanations explain(const MotionSources& sources, const SensorExplanationOptions& options) {
+  SensorExplanations found = explain_sensors(sources, options);
+  const bool at_bound = !found.likely.empty() && is_at_bound(found, options.max_offset_s);
+  if (!found.likely.empty() && !at_bound && !is_unrelated(found.likely.front().fault)) return found;
+  const SensorExplanationOptions wider{.max_offset_s = 5 * options.max_offset_s};
+  SensorExplanations offset = explain_sensors(sources, wider);
+  const bool explains = !offset.likely.empty() && is_time(offset.likely.front().fault) &&
+                        !is_at_bound(offset, wider.max_offset_s);
+  if (explains) return offset;
+  if (at_bound) found.decided = false;
+  return found;
+}
+
+}  // namespace
+
 SensorDiagnosis diagnose_sensors(MotionSources sources, const SensorExplanationOptions& options) {
   constexpr int kMaxFindings = 3;
   SensorDiagnosis diagnosis;
@@ -176,7 +212,7 @@ SensorDiagnosis diagnose_sensors(MotionSources sources, const SensorExplanationO
   MotionSources current = std::move(sources);
   const MotionSources given = current;
   for (int i = 0; i < kMaxFindings; ++i) {
-    SensorExplanations found = explain_sensors(current, options);
+    SensorExplanations found = explain(current, options);
     if (found.likely.empty()) break;
     const SensorMeasure measure = measure_for(found, has_odometry, diagnosis.correction);
     diagnosis.findings.push_back({std::move(found), measure});

@@ -12,24 +12,26 @@ namespace waymark {
 /// Corrections to the samples of a robot.
 struct SensorCorrection {
   Eigen::Matrix3d base_R_gyro = Eigen::Matrix3d::Identity();
-  double gyro_factor = 1;  ///< true over measured rotation
+  double gyro_unit = 1;   ///< unit of its rates [rad/s]
+  double gyro_scale = 1;  ///< true over measured rotation, in radians
   /// Stamps minus true times [s].
   double gyro_late_s = 0;
   double odometry_late_s = 0;
   double observations_late_s = 0;
+  double distance_unit = 1;   ///< unit of the odometry's distances [m]
   double yaw_scale = 1;       ///< true over measured turn of the odometry
-  double odometry_scale = 1;  ///< true over measured distance of the odometry; negative if reversed
+  double odometry_scale = 1;  ///< true over measured distance of the odometry, in metres
   /// Whether the gyro may be used. If not, rotations should be taken from the odometry.
   bool gyro_usable = true;
 
   /// The sample with its true stamp, in base axes and in rad/s.
   [[nodiscard]] ImuSample corrected(const ImuSample& sample) const;
-  /// The sample with its true stamp. Its scales are not applied, because a filter has its own numbers for
-  /// them.
+  /// The sample with its true stamp, in metres. Its scales are not applied, because a filter has its own
+  /// numbers for them.
   [[nodiscard]] Odometry corrected(const Odometry& sample) const;
   /// Whether corrected() changes samples.
   [[nodiscard]] bool changes_imu() const;
-  [[nodiscard]] bool changes_odometry() const { return odometry_late_s != 0; }
+  [[nodiscard]] bool changes_odometry() const { return odometry_late_s != 0 || distance_unit != 1; }
 };
 
 /// Odometry whose distances and turns are multiplied by these factors.
@@ -55,10 +57,11 @@ struct SensorDiagnosis {
 };
 
 /// Explains contradictions between the sources, and derives the corrections that are safe. Those are units,
-/// axes, signs and scales of the gyro, time offsets with a standard deviation of at most 0.02 s, and units
-/// and scales of the odometry. The explanation must be decided, unless its rival results in the same poses.
-/// If the gyro is the suspect, but its fault is not decided or cannot be corrected, it is not usable. Finds
-/// at most three faults.
+/// axes, signs and scales of the gyro, time offsets with a standard deviation of at most 0.02 s or an
+/// eighth of the offset, and units and scales of the odometry. The explanation must be decided, unless its
+/// rival results in the same poses. If the gyro is the suspect, but its fault is not decided or cannot be
+/// corrected, it is not usable. Finds at most three faults. Time offsets are searched for up to 5 times
+/// SensorExplanationOptions::max_offset_s.
 [[nodiscard]] SensorDiagnosis diagnose_sensors(MotionSources sources,
                                                const SensorExplanationOptions& options = {});
 

@@ -125,11 +125,13 @@ void add_distance_units(SensorFault fault, double SensorModel::*factor, std::ini
 
 /// One hypothesis for each of several offsets, because the likelihood has several maxima.
 void add_offsets(SensorFault fault, double max_offset_s, std::vector<FaultHypothesis>& all) {
-  constexpr double kStep_s = 0.1;
-  const auto steps = static_cast<int>(std::floor(max_offset_s / kStep_s + 1e-9));
-  for (int i = -steps; i <= steps; ++i) {
+  constexpr int kSteps = 10;  // to each side
+  const FaultRow& row = row_of(fault);
+  const auto number = static_cast<Eigen::Index>(*row.free);
+  for (int i = -kSteps; i <= kSteps; ++i) {
     all.push_back(hypothesis_of(fault));
-    all.back().start[static_cast<Eigen::Index>(*row_of(fault).free)] = kStep_s * i;
+    all.back().model.sigma[number] = std::max(row.sigma, max_offset_s / 2);
+    all.back().start[number] = max_offset_s * i / kSteps;
   }
 }
 
@@ -181,26 +183,42 @@ bool is_covered(const IntegralTrack& track, const ComparedInterval& interval, do
   return track.empty() || track.change(interval.from_s - margin_s, interval.to_s + margin_s).has_value();
 }
 
-/// Observed motions that do not overlap.
+/// Appends a motion that begins where another one ends. The errors of the pose in between cancel.
+void append(const ComparedInterval& next, ComparedInterval& interval) {
+  interval.to_s = next.to_s;
+  interval.observed->to = next.observed->to;
+  interval.observed->twist += next.observed->twist;
+  interval.observed->sigma_m = std::max(interval.observed->sigma_m, next.observed->sigma_m);
+  interval.observed->sigma_rad = std::max(interval.observed->sigma_rad, next.observed->sigma_rad);
+}
+
+/// Observed motions that do not overlap. Those that follow each other are joined, because poses from single
+/// images have errors that matter less over a longer time.
 std::vector<ComparedInterval> observed_intervals(const std::vector<ObservedMotion>& observed,
                                                  SensorTime epoch) {
   constexpr double kMinDuration_s = 0.3;
   constexpr double kMaxDuration_s = 3;
+  constexpr double kJoined_s = 2.6;
   std::vector<ComparedInterval> intervals;
   for (const ObservedMotion& motion : observed) {
-    const ComparedInterval interval{to_seconds(motion.from - epoch), to_seconds(motion.to - epoch), motion};
-    const double duration_s = interval.to_s - interval.from_s;
-    const bool overlaps = !intervals.empty() && interval.from_s < intervals.back().to_s;
+    const ComparedInterval next{to_seconds(motion.from - epoch), to_seconds(motion.to - epoch), motion};
+    const double duration_s = next.to_s - next.from_s;
+    const bool overlaps = !intervals.empty() && next.from_s < intervals.back().to_s;
     const bool sound = motion.twist.allFinite() && motion.sigma_m >= 0 && motion.sigma_rad >= 0;
-    if (sound && !overlaps && duration_s >= kMinDuration_s && duration_s <= kMaxDuration_s)
-      intervals.push_back(interval);
+    if (!sound || overlaps || duration_s < kMinDuration_s || duration_s > kMaxDuration_s) continue;
+    const bool joins = !intervals.empty() && motion.from == intervals.back().observed->to &&
+                       next.to_s - intervals.back().from_s <= kJoined_s;
+    if (joins)
+      append(next, intervals.back());
+    else
+      intervals.push_back(next);
   }
   return intervals;
 }
 
-/// Intervals of one second for which both odometry and gyro have data.
+/// Intervals of two seconds for which both odometry and gyro have data.
 std::vector<ComparedInterval> regular_intervals(const ComparedMotions& motions) {
-  constexpr double kDuration_s = 1;
+  constexpr double kDuration_s = 2;
   std::vector<ComparedInterval> intervals;
   if (motions.odometry.empty() || motions.gyro.empty()) return intervals;
   const double end_s = std::min(motions.odometry.last_s(), motions.gyro.last_s());
@@ -294,7 +312,7 @@ bool is_reported(const SensorExplanation& explanation) {
 std::vector<SensorExplanation> all_explanations(const ComparedMotions& motions, const SensorModelFit& without,
                                                 double max_offset_s) {
   constexpr int kRounds = 40;
-  constexpr int kFirstRounds = 8;
+  constexpr int kFirstRounds = 6;
   std::vector<SensorExplanation> all;
   const std::vector<FaultHypothesis> hypotheses = all_hypotheses(motions, max_offset_s);
   for (std::size_t i = 0; i < hypotheses.size();) {
@@ -324,7 +342,7 @@ SensorKind source_of(SensorFault fault) { return row_of(fault).source; }
 std::string_view to_string(SensorFault fault) { return row_of(fault).name; }
 
 SensorExplanations explain_sensors(const MotionSources& sources, const SensorExplanationOptions& options) {
-  constexpr std::size_t kMinIntervals = 12;
+  constexpr std::size_t kMinIntervals = 8;
   constexpr int kRounds = 40;
   constexpr double kDecidedLogOdds = 3;
   const ComparedMotions motions = compared_motions(sources, options.max_offset_s);

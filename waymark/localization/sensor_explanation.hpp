@@ -70,16 +70,16 @@ struct SensorExplanations {
 };
 
 struct SensorExplanationOptions {
-  double max_offset_s = 1;  ///< largest time offset that is searched for
+  double max_offset_s = 0.6;  ///< largest time offset that is searched for
 };
 
-/// Compares the motions over intervals of about 1 s. Each fault is a hypothesis with a prior probability and
+/// Compares the motions over intervals of about 2 s. Each fault is a hypothesis with a prior probability and
 /// at most one free number; its evidence is the likelihood of all sources at the best number, by Laplace's
 /// approximation (MacKay, "Bayesian Interpolation", Neural Computation 4(3), 1992). The true motion of each
 /// interval is unknown, and so is the noise of each source, which may therefore be larger than usual without
 /// being a fault. Residuals are Student-t distributed, so that slip and wrong tags have little effect. With
 /// two sources, only the prior determines which one is wrong. Returns no explanation if there are fewer than
-/// 12 intervals. O(intervals log samples), about 0.3 s for 300 intervals, which is the maximum.
+/// 8 intervals. O(intervals log samples), about 0.3 s for 300 intervals, which is the maximum.
 [[nodiscard]] SensorExplanations explain_sensors(const MotionSources& sources,
                                                  const SensorExplanationOptions& options = {});
 

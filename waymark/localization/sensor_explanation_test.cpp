@@ -14,7 +14,7 @@ namespace {
 using test::motion_sources;
 using test::SyntheticMotion;
 
-constexpr int kSeeds = 6;
+constexpr int kSeeds = 3;
 
 SyntheticMotion healthy(int seed) { return {.seed = static_cast<std::uint64_t>(seed)}; }
 
@@ -26,7 +26,7 @@ SensorExplanation best_of(const SensorExplanations& found) {
 TEST(SensorExplanation, NamesNothingIfTheSensorsAreHealthy) {
   for (int seed = 0; seed < 60; ++seed) {
     const auto found = explain_sensors(motion_sources(healthy(seed)));
-    EXPECT_GT(found.intervals, 30U);
+    EXPECT_GT(found.intervals, 20U);
     EXPECT_TRUE(found.likely.empty())
         << "seed " << seed << " " << to_string(best_of(found).fault) << " " << best_of(found).value;
   }
@@ -111,7 +111,7 @@ TEST(SensorExplanation, RecognisesADeadGyro) {
 
 TEST(SensorExplanation, NamesTheSourceWithAnotherClock) {
   for (int seed = 0; seed < kSeeds; ++seed) {
-    for (const double late_s : {0.12, -0.3, 0.62}) {
+    for (const double late_s : {0.12, -0.3, 0.5}) {
       for (const SensorFault fault :
            {SensorFault::GyroTime, SensorFault::OdometryTime, SensorFault::ObservationTime}) {
         SyntheticMotion motion = healthy(seed);
@@ -186,7 +186,7 @@ TEST(SensorExplanation, RequiresTwoSourcesAndEnoughIntervals) {
   sources.observed.resize(5);
   sources.observed.front().twist.x() = std::nan("");
   const auto found = explain_sensors(sources);
-  EXPECT_LT(found.intervals, 12U);
+  EXPECT_LT(found.intervals, 8U);
   EXPECT_TRUE(found.likely.empty());
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "waymark/mapping/lap/tag_motions.hpp"
@@ -41,6 +42,17 @@ SensorDiagnosis diagnose_lap(const TaughtLap& taught, const TeachSetup& setup) {
   return diagnose_sensors({.odometry = taught.odometry,
                            .imu = taught.imu,
                            .observed = motions_by_tags(some_frames(taught, setup), setup.base_T_cam)});
+}
+
+SensorDiagnosis diagnose_turns(const TaughtLap& taught, TeachSetup setup) {
+  constexpr double kAnySize_m = 0.16;
+  constexpr double kUnknown_m = 1000;
+  setup.sizes = {.default_size_m = kAnySize_m};
+  MotionSources sources{.odometry = taught.odometry,
+                        .imu = taught.imu,
+                        .observed = motions_by_tags(some_frames(taught, setup), setup.base_T_cam)};
+  for (ObservedMotion& motion : sources.observed) motion.sigma_m = kUnknown_m;
+  return diagnose_sensors(std::move(sources));
 }
 
 bool changes_lap(const SensorCorrection& correction) {
