@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include <fmt/chrono.h>
@@ -10,8 +13,11 @@
 #include <fmt/ranges.h>
 
 #include "waymark/app/common/file_kind.hpp"
+#include "waymark/app/common/sensor_finding_fields.hpp"
 #include "waymark/app/common/shell_word.hpp"
 #include "waymark/base/message_text.hpp"
+#include "waymark/pipeline/lap_diagnosis.hpp"
+#include "waymark/pipeline/lap_mapper.hpp"
 #include "waymark/samples/clock_check.hpp"
 
 namespace waymark {
@@ -57,6 +63,43 @@ void add_clock_problem(ClockCheck clocks, RecordingInfo& info) {
     info.problems.push_back({LogProblem::Kind::Trap, "clocks", std::move(mismatch->error)});
 }
 
+/// Motion and tags in the recording, as far as they can be read. Images are not decoded.
+TaughtLap motion_and_tags(MessageLog& log, const RecordingSetup& setup, const JobControl& control) {
+  TaughtLap lap;
+  const Status read = log.visit_samples(log.topics_used(setup, false), [&](Sample sample) -> Status {
+    if (control.cancelled()) return fail(ErrorCode::Unreadable, "stopped");
+    turn_into_base(sample, setup.chosen);
+    if (auto* frame = std::get_if<TagFrame>(&sample)) lap.frames.push_back(std::move(*frame));
+    if (const auto* odometry = std::get_if<Odometry>(&sample)) lap.odometry.push_back(*odometry);
+    if (const auto* imu = std::get_if<ImuSample>(&sample)) lap.imu.push_back(*imu);
+    return {};
+  });
+  return read ? lap : TaughtLap{};
+}
+
+SensorDiagnosis diagnose_recording(const TaughtLap& lap, const RecordingSetup& setup) {
+  if (lap.frames.empty() || !setup.camera || !setup.base_T_cam)
+    return diagnose_sensors({.odometry = lap.odometry, .imu = lap.imu});
+  TeachSetup taught{.camera = *setup.camera, .base_T_cam = *setup.base_T_cam};
+  taught.more_cameras = setup.more_cameras;
+  return diagnose_turns(lap, taught);
+}
+
+/// Adds a problem for each fault of a sensor. Scales of the odometry are usual, and maps estimate them.
+void add_sensor_problems(MessageLog& log, const JobControl& control, RecordingInfo& info) {
+  if (info.quick || !info.contents.contains("odometry")) return;
+  SensorDiagnosis diagnosis = diagnose_recording(motion_and_tags(log, info.setup, control), info.setup);
+  for (SensorFinding& finding : diagnosis.findings) {
+    const SensorFault fault = finding.found.likely.front().fault;
+    finding.measure = SensorMeasure::None;
+    if (fault == SensorFault::OdometryYawScale || fault == SensorFault::OdometryDistanceScale) continue;
+    info.problems.push_back({LogProblem::Kind::Trap,
+                             std::string(to_string(fault)),
+                             {ErrorCode::InvalidArgument, describe(finding)}});
+  }
+  info.sensors = std::move(diagnosis.findings);
+}
+
 }  // namespace
 
 Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobControl& control) {
@@ -97,6 +140,7 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick, const JobCont
   if (!setup) info.problems.push_back({.key = "setup", .error = setup.error()});
   add_camera_problems(info);
   add_clock_problem(clocks, info);
+  add_sensor_problems(log, control, info);
   return info;
 }
 
@@ -216,6 +260,7 @@ ReportFields fields(const RecordingInfo& info) {
           {"attachments", "Files in the recording", attachments},
           {"problems", "Messages about damage", problems},
           {"traps", "Intact data that are easily misinterpreted", traps},
+          {"sensors", kSensorsHelp, info.sensors},
           {"next", "Possible next steps with the recording", next_steps(info)}};
 }
 

@@ -7,6 +7,7 @@
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/report_fields.hpp"
 #include "waymark/base/fields.hpp"
+#include "waymark/localization/sensor_diagnosis.hpp"
 #include "waymark/recording/log_report.hpp"
 
 /// `waymark info`: summarises a recording.
@@ -29,6 +30,7 @@ struct RecordingInfo {
   RecordingSetup setup{};
   std::vector<LogAttachment> attachments{};
   std::vector<LogProblem> problems{};
+  std::vector<SensorFinding> sensors{};  ///< faults of sensors; not with `quick`
 };
 
 struct InfoJob {
