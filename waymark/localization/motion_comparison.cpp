@@ -186,6 +186,7 @@ class SensorModelSearch {
     turns.add({.noise = Noise::ObservedTurn,
                .value = seen.twist.z(),
                .variance = seen.sigma_rad * seen.sigma_rad + kFloor * kFloor});
+    if (!std::isfinite(seen.sigma_m)) return;
     const double distance = model_.observed_factor * seen.twist.x();
     MeasuredMotion by_distance{
         .noise = Noise::ObservedDistance,
@@ -365,7 +366,7 @@ class SensorModelSearch {
           others[static_cast<std::size_t>(3 + i)].push_back((*moved)[i]);
       }
       if (interval.observed && model_.observed_unrelated) {
-        others[5].push_back(interval.observed->twist.x());
+        if (std::isfinite(interval.observed->sigma_m)) others[5].push_back(interval.observed->twist.x());
         others[6].push_back(interval.observed->twist.z());
       }
     }

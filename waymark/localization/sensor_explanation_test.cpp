@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -174,6 +175,24 @@ TEST(SensorExplanation, NamesNothingThatTheDriveDoesNotShow) {
     motion.turning = 0;
     motion.gyro_from_base.row(2) *= -1;
     EXPECT_TRUE(explain_sensors(motion_sources(motion)).likely.empty());
+  }
+}
+
+/// Without tag sizes, tags show only turns.
+TEST(SensorExplanation, DoesWithoutObservedDistances) {
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    for (const double factor : {1.0, 180 / std::numbers::pi}) {
+      SyntheticMotion motion = healthy(seed);
+      motion.gyro_from_base *= factor;
+      MotionSources sources = motion_sources(motion);
+      for (ObservedMotion& observed : sources.observed) {
+        observed.twist.x() *= 1.7;
+        observed.sigma_m = std::numeric_limits<double>::infinity();
+      }
+      const auto found = explain_sensors(sources);
+      ASSERT_EQ(found.likely.empty(), factor == 1) << to_string(best_of(found).fault);
+      if (factor != 1) EXPECT_EQ(best_of(found).fault, SensorFault::GyroUnit);
+    }
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -46,7 +47,7 @@ SensorDiagnosis diagnose_lap(const TaughtLap& taught, const TeachSetup& setup) {
 
 SensorDiagnosis diagnose_turns(const TaughtLap& taught, TeachSetup setup) {
   constexpr double kAnySize_m = 0.16;
-  constexpr double kUnknown_m = 1000;
+  constexpr double kUnknown_m = std::numeric_limits<double>::infinity();
   setup.sizes = {.default_size_m = kAnySize_m};
   MotionSources sources{.odometry = taught.odometry,
                         .imu = taught.imu,

@@ -11,7 +11,7 @@ struct ObservedMotion {
   SensorTime to{};
   /// Logarithm of the motion: x, y [m] and yaw [rad] in the base frame at `from`.
   SE2::Tangent twist = SE2::Tangent::Zero();
-  double sigma_m = 0;    ///< standard deviation of x
+  double sigma_m = 0;    ///< standard deviation of x; infinite if x is unknown
   double sigma_rad = 0;  ///< standard deviation of yaw
 };
 
