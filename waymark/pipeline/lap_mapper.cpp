@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -142,6 +143,28 @@ tl::unexpected<Error> lost_anchor(const TeachSetup& setup) {
               "(`anchor=ID`).");
 }
 
+/// Fails if the map contains a single tag. Nothing but odometry then determines the route out of its view.
+Status check_several_tags(const TagMap& map, const std::set<TagId>& observed) {
+  if (map.tags.size() > 1) return {};
+  if (observed.size() < 2)
+    return fail(ErrorCode::NotFound, "the lap contains observations of a single tag, which is not a map", {},
+                "Put up more tags, so that most images contain at least two, and record the lap again.");
+  return fail(ErrorCode::NotFound,
+              fmt::format("only one of {} observed tags can be mapped: no image contains two of them, and no "
+                          "odometry connects them",
+                          observed.size()),
+              {},
+              "Record the lap with odometry, or put up more tags, so that most images contain at least two.");
+}
+
+std::set<TagId> observed_tags(const std::vector<TagFrame>& frames) {
+  std::set<TagId> tags;
+  for (const TagFrame& frame : frames) {
+    for (const TagDetection& seen : frame.detections) tags.insert(seen.tag);
+  }
+  return tags;
+}
+
 /// Maps by chaining from tag to tag, without optimisation.
 Result<MappedLap> by_chain(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options) {
   std::vector<ObservedFrame> observed = observe_all(taught, setup);
@@ -186,6 +209,7 @@ Result<MappedLap> adjusted(LapInput& input, const TeachSetup& setup, const MapLa
                                            .wrong_sizes = map->wrong_sizes,
                                            .moved_tags = map->moved_tags,
                                            .missing_tags = map->missing_tags,
+                                           .thin_cuts = map->thin_cuts,
                                            .size_spread = map->size_spread,
                                            .size_scale = map->size_scale,
                                            .size_scale_sigma = map->size_scale_sigma,
@@ -300,6 +324,8 @@ Result<MappedLap> map_lap_in_place(TaughtLap& taught, const TeachSetup& given, c
                                                              : by_bundle(taught, setup, options, progress);
   if (!lap) return lap;
   if (lap->map.find(setup.anchor) == nullptr) return lost_anchor(setup);
+  if (Status several = check_several_tags(lap->map, observed_tags(taught.frames)); !several)
+    return tl::unexpected(several.error());
   if (!stance->empty()) lap->warnings.push_back(*stance);
   if (const std::string lean = describe_lean(given, *lap); !lean.empty()) lap->warnings.push_back(lean);
   if (options.method == MapMethod::Chain) lap->map.floor = driven_floor(lap->trajectory);

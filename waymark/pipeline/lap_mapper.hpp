@@ -47,6 +47,7 @@ struct BundleFigures {
   std::vector<WrongSize> wrong_sizes{};    ///< tags whose given size contradicts the observations
   std::vector<MovedTag> moved_tags{};      ///< tags that were moved during the lap
   std::vector<MissingTag> missing_tags{};  ///< tags that were taken away or hidden
+  std::vector<TagCut> thin_cuts{};         ///< parts of the map that depend on few observations
   double size_spread = 0;                  ///< relative standard deviation of the other printed sizes
   double size_scale = 1;                   ///< common factor for all tag sizes; 1 if it was not estimated
   double size_scale_sigma = 0;             ///< its standard deviation; 0 if it was not estimated
@@ -94,8 +95,8 @@ struct TaughtLap {
 
 /// Maps a taught lap: estimates a map of the tags, the trajectory of the base, and a route. Faults of sensors
 /// that contradict the others are corrected first where that is safe (diagnose_lap()). Fails if
-/// MapMethod::Chain should extend a map, and if the lap has no frames, does not contain the anchor, or is too
-/// short for a route.
+/// MapMethod::Chain should extend a map, and if the lap has no frames, does not contain the anchor, has no
+/// second tag that can be mapped, or is too short for a route.
 [[nodiscard]] Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup,
                                         const MapLapOptions& options = {}, const MapProgress& progress = {});
 

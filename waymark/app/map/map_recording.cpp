@@ -14,6 +14,7 @@
 #include "waymark/app/common/route_files.hpp"
 #include "waymark/app/common/sensor_finding_fields.hpp"
 #include "waymark/app/common/shell_word.hpp"
+#include "waymark/app/common/thin_cut_fields.hpp"
 #include "waymark/app/common/wrong_size_fields.hpp"
 #include "waymark/app/map/map_extension.hpp"
 #include "waymark/app/map/recording_sketch.hpp"
@@ -89,9 +90,9 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
 
 namespace {
 
-/// Adds a warning for each change relative to the prior map.
-void compare_with_prior(const MapJob& job, MapReport& report) {
-  if (!job.prior) return;
+/// Adds a warning for each change relative to the prior map. Fails if that map is of another place.
+Status compare_with_prior(const MapJob& job, MapReport& report) {
+  if (!job.prior) return {};
   for (const std::string& note : job.prior->notes) report.warnings.push_back("prior map: " + note);
   std::vector<PriorPoint> points;
   for (const Landmark& landmark : job.prior->landmarks.all())
@@ -100,12 +101,16 @@ void compare_with_prior(const MapJob& job, MapReport& report) {
                                                ? compare_points(report.lap.map, points)
                                                : compare_maps(report.lap.map, job.prior->tags);
   if (!comparison) {
-    report.warnings.push_back("prior map: " + to_string(comparison.error()));
-    return;
+    Error error = comparison.error();
+    error.message = "the lap cannot be compared with the prior map: " + error.message;
+    error.place.key = "prior";
+    error.hint += " Without `prior`, the lap is mapped.";
+    return tl::unexpected(std::move(error));
   }
   report.prior_agreeing = comparison->agreeing;
   report.prior_rms_m = comparison->rms_m;
   for (std::string& change : describe(*comparison)) report.warnings.push_back(std::move(change));
+  return {};
 }
 
 // Output files.
@@ -530,7 +535,7 @@ Result<MapReport> map_recording(const MapJob& job, const JobControl& control) {
   name_odometry(*recorded, report);
   check_clearance(*recorded, report);
   warn_of_size(job, report);
-  compare_with_prior(job, report);
+  if (Status status = compare_with_prior(job, report); !status) return tl::unexpected(status.error());
   if (Status status = write_map_folder(*recorded, job, *map, watch, report); !status)
     return tl::unexpected(status.error());
   return report;
@@ -660,6 +665,8 @@ ReportFields fields(const MapReport& report) {
        part(bundle, &BundleFigures::wrong_sizes)},
       {"moved_tags", kMovedTagsHelp, part(bundle, &BundleFigures::moved_tags)},
       {"missing_tags", kMissingTagsHelp, part(bundle, &BundleFigures::missing_tags)},
+      {"thin_cuts", kThinCutsHelp,
+       part(bundle, [](const BundleFigures& b) { return named_cuts(b.thin_cuts); })},
       {"size_spread_percent", "Standard deviation of the other printed sizes, in percent of the given sizes",
        part(bundle, [](const BundleFigures& b) { return 100 * b.size_spread; })},
       {"size_scale", "Factor from the given size to the estimated size of all tags; 1 if it is not estimated",

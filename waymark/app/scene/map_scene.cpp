@@ -153,7 +153,7 @@ std::vector<TagId> foreign_tags(const SceneMap& map) { return keys_of(map.observ
 void warn(MapSceneReport& report) {
   const SceneMap& map = report.map;
   for (const std::vector<TagId>& group : map.unconnected) {
-    const bool tied = std::ranges::any_of(map.left_out_cuts, [&](const SceneCut& cut) {
+    const bool tied = std::ranges::any_of(map.left_out_cuts, [&](const TagCut& cut) {
       return cut.beyond == group;
     });  // reported by scene_warnings()
     if (tied) continue;
@@ -280,12 +280,6 @@ Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobCont
   return report;
 }
 
-ReportFields fields(const SceneCut& cut) {
-  return {{"ids", "Tags that only these observations connect", numbers_of(cut.beyond)},
-          {"by_ids", "Tags whose observations connect them", numbers_of(cut.by)},
-          {"observations", "Number of observations", cut.observations}};
-}
-
 ReportFields fields(const OdometryLink& link) {
   return {{"ids", "Tags of this group", numbers_of(link.beyond)},
           {"length_m", "Length of the shortest connection", link.length_m},
@@ -332,7 +326,7 @@ ReportFields fields(const MapSceneReport& report) {
        numbers_of(map.undetermined)},
       {"prior_only_ids", "Ids that only their given pose places; no observation connects them to other tags",
        numbers_of(keys_of(map.prior_only))},
-      {"thin_cuts", "Parts of the map that depend on few observations, largest first", map.thin_cuts},
+      {"thin_cuts", kThinCutsHelp, map.thin_cuts},
       {"left_out_cuts",
        "Parts that are not connected, because the observations that would connect them are unconfirmed",
        map.left_out_cuts},

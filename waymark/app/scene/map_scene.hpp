@@ -9,6 +9,7 @@
 #include "waymark/app/common/duplicate_tag_fields.hpp"
 #include "waymark/app/common/job_control.hpp"
 #include "waymark/app/common/report_fields.hpp"
+#include "waymark/app/common/thin_cut_fields.hpp"
 #include "waymark/app/common/wrong_size_fields.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/mapping/scene/scene_values.hpp"
@@ -67,7 +68,6 @@ struct MapSceneReport {
 [[nodiscard]] Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control);
 /// The content of `--json` and summary.json.
 [[nodiscard]] ReportFields fields(const MapSceneReport& report);
-[[nodiscard]] ReportFields fields(const SceneCut& cut);
 [[nodiscard]] ReportFields fields(const OdometryLink& link);
 [[nodiscard]] ReportFields fields(const RejectedOdometry& rejected);
 [[nodiscard]] ReportFields fields(const CostAtValues& cost);

@@ -18,6 +18,7 @@
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/common/output_files.hpp"
 #include "waymark/app/common/route_files.hpp"
+#include "waymark/app/common/thin_cut_fields.hpp"
 #include "waymark/app/video/video_scene.hpp"
 #include "waymark/base/angles.hpp"
 #include "waymark/base/message_text.hpp"
@@ -26,6 +27,7 @@
 #include "waymark/config/exchange/tagslam.hpp"
 #include "waymark/config/exchange/trajectory_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/mapping/lap/map_comparison.hpp"
 #include "waymark/mapping/scene/moved_tags.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
 
@@ -151,6 +153,24 @@ void list_prior_differences(const TagMap& prior, const VideoAnchors& anchors, Ma
                              .sigma_m = position_sigma_m(tag),
                              .turned_rad = turn.log().norm()});
   }
+}
+
+/// Fails if hardly any tag is at its pose in the older map, whose frame the new map would claim to have.
+Status check_prior_place(const TagMap& prior, const VideoAnchors& anchors, const MapVideoReport& report) {
+  constexpr double kGate = 5;
+  constexpr double kMaxSame_m = 0.1;
+  const auto agreeing = std::ranges::count_if(report.beside, [](const TagBesidePrior& tag) {
+    return tag.off_m.norm() <= std::max(kGate * tag.sigma_m.norm(), kMaxSame_m);
+  });
+  const auto exact =
+      std::ranges::count_if(anchors.exact, [&](const TagId& tag) { return prior.find(tag) != nullptr; });
+  const std::ptrdiff_t common = std::ssize(report.beside) + exact;
+  if (!agree_by_chance(agreeing + exact, common)) return {};
+  return fail(ErrorCode::NotFound,
+              fmt::format("only {} of {} observed tags are at their pose in the older map: it is of another "
+                          "place, or {} was moved",
+                          agreeing + exact, common, to_string(anchors.first)),
+              {.key = "prior"}, "Check that the video shows this place, or choose another `anchor`.");
 }
 
 void list_distances(const MapVideoJob& job, MapVideoReport& report) {
@@ -343,6 +363,8 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
   if (report.file.tags.tags.empty()) return tl::unexpected(no_tag_left(job, report.map));
   report.trajectory = camera_path(recording.frames, report.map);
   list_prior_differences(job.prior, *anchors, report);
+  if (Status same = check_prior_place(job.prior, *anchors, report); !same)
+    return tl::unexpected(same.error());
   list_distances(job, report);
   warn_of(*anchors, report);
   return report;
@@ -445,6 +467,7 @@ ReportFields fields(const MapVideoReport& report) {
       {"prior_only_tags",
        "Tags that only their given pose places; no observation connects them to other tags",
        prior_only_tags(report.map)},
+      {"thin_cuts", kThinCutsHelp, named_cuts(report.map.thin_cuts)},
       {"noise_px", "Standard deviation of a corner coordinate", report.map.noise_px},
       {"reprojection_mean_px", "Mean reprojection error of the corners in use",
        report.map.reprojection_mean_px},

@@ -330,6 +330,28 @@ void read_observations(const LapInput& input, const LapBundle& lap, BundleMap& r
   result.rms_px = numbers > 0 ? std::sqrt(squares / numbers) : 0;
 }
 
+/// Lists the parts of the map that depend on few observations. The anchor and the tags of an extended map are
+/// not among them.
+void list_thin_cuts(const LapInput& input, LapBundle& lap, const BundleCovariance& P, BundleMap& result) {
+  std::vector<char> moves(lap.bundle.poses.size(), 0);
+  for (const PoseIndex base : lap.base_poses()) moves[base] = 1;
+  std::set<PoseIndex> roots;
+  if (lap.anchor) roots.insert(*lap.anchor);
+  std::map<PoseIndex, TagId> ids;
+  for (const auto& [id, pose] : lap.tags) {
+    ids[pose] = id;
+    if (input.prior && input.prior->map.find(id) != nullptr) roots.insert(pose);
+  }
+  for (const SeparatedTag& moved : lap.moves) ids[moved.earlier] = ids.at(moved.later);
+  const auto named = [&](const std::vector<PoseIndex>& poses) {
+    std::set<TagId> tags;
+    for (const PoseIndex pose : poses) tags.insert(ids.at(pose));
+    return std::vector<TagId>(tags.begin(), tags.end());
+  };
+  for (const ThinCut& cut : unchecked_cuts(lap.bundle, P, moves, roots))
+    result.thin_cuts.push_back({named(cut.beyond), named(cut.by), cut.observations, cut.otherwise_sigma_m});
+}
+
 /// Converts the scales to those of the odometry as recorded.
 void scale_by(const internal::RoughOdometry& rough, OdometryScales& scales, OdometryScales& sigma) {
   for (OdometryScales* s : {&scales, &sigma}) {
@@ -543,6 +565,7 @@ Result<BundleMap> map_by_bundle_in_place(LapInput& input, const ChainOptions& ch
   result.size_scale = std::exp(lap.bundle.common_size.log_scale);
   result.size_scale_sigma = result.size_scale * std::sqrt(P.common_size);
   list_wrong_sizes(input, lap, P, released, result);
+  list_thin_cuts(input, lap, P, result);
   read_tags(input, lap, P, start, result);
   if (tied) keep_unobserved_tags(input, lap, *tied, P, result);
   internal::tie_tags(pairs.tags, P.pairs, result.map);

@@ -12,6 +12,7 @@
 #include "waymark/mapping/solver/changed_tags.hpp"
 #include "waymark/mapping/solver/map_search.hpp"
 #include "waymark/mapping/solver/tag_sizes.hpp"
+#include "waymark/mapping/solver/thin_cuts.hpp"
 
 namespace waymark {
 
@@ -64,6 +65,7 @@ struct BundleMap {
   std::vector<WrongSize> wrong_sizes{};    ///< their tags are in the map with the size that was found
   std::vector<MovedTag> moved_tags{};      ///< their last pose is in the map
   std::vector<MissingTag> missing_tags{};  ///< expected in images that do not show them
+  std::vector<TagCut> thin_cuts{};         ///< parts of the map that depend on few observations
   double assumed_size_spread = 0;          ///< SearchOptions::tag_size_sigma_percent as a share
   double size_spread = 0;                  ///< relative standard deviation of the other printed sizes
   double size_scale = 1;                   ///< common factor for all tag sizes; 1 if it was not estimated

@@ -198,21 +198,41 @@ void check_missing(const BundleMap& map, std::vector<std::string>& warnings) {
     warnings.push_back(std::move(warning));
 }
 
-void check_unconfirmed(const BundleMap& map, std::vector<std::string>& warnings) {
+/// The names of at most five tags.
+std::string names_of(const std::vector<TagId>& tags) {
   constexpr std::size_t kMaxNamed = 5;
-  const std::size_t all = map.unconfirmed.size();
-  if (all == 0) return;
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < std::min(all, kMaxNamed); ++i) names.push_back(to_string(map.unconfirmed[i]));
+  for (std::size_t i = 0; i < std::min(tags.size(), kMaxNamed); ++i) names.push_back(to_string(tags[i]));
+  return fmt::format("{}{}", fmt::join(names, ", "),
+                     tags.size() > kMaxNamed ? fmt::format(" and {} more", tags.size() - kMaxNamed) : "");
+}
+
+void check_unconfirmed(const BundleMap& map, std::vector<std::string>& warnings) {
+  if (map.unconfirmed.empty()) return;
   warnings.push_back(
-      fmt::format("{}{}: not mapped; no observation of {} is confirmed by another (probably a misread id)",
-                  fmt::join(names, ", "), all > kMaxNamed ? fmt::format(" and {} more", all - kMaxNamed) : "",
-                  all == 1 ? "it" : "them"));
+      fmt::format("{}: not mapped; no observation of {} is confirmed by another (probably a misread id)",
+                  names_of(map.unconfirmed), map.unconfirmed.size() == 1 ? "it" : "them"));
+}
+
+/// Reports parts of several tags; check_tags() reports single ones.
+void check_thin_cuts(const BundleMap& map, std::vector<std::string>& warnings) {
+  std::vector<TagCut> parts = map.thin_cuts;
+  std::erase_if(parts, [](const TagCut& cut) { return cut.beyond.size() == 1; });
+  for (std::string& warning : describe(parts, names_of)) warnings.push_back(std::move(warning));
+}
+
+/// Whether all other tags depend on the few observations of this one, which check_thin_cuts() reports.
+bool connects_a_part(const BundleMap& map, const TagId& tag) {
+  return std::ranges::any_of(map.thin_cuts, [&](const TagCut& cut) {
+    return cut.beyond.size() > 1 && cut.by == std::vector<TagId>{tag} &&
+           cut.observations == map.observations.at(tag);
+  });
 }
 
 void check_tags(const LapInput& lap, const BundleMap& map, std::vector<std::string>& warnings) {
   std::map<TagId, double> largest_px = largest_sides_px(lap);
   for (const auto& [id, tag] : map.map.tags) {
+    if (connects_a_part(map, id)) continue;
     const int observations = map.observations.at(id);
     const double sigma = position_sigma_m(tag);
     const bool of_prior = lap.prior && lap.prior->map.find(id) != nullptr;
@@ -371,6 +391,7 @@ std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map) {
   check_places(lap, map, warnings);
   check_missing(map, warnings);
   warnings.insert(warnings.end(), map.prior_warnings.begin(), map.prior_warnings.end());
+  check_thin_cuts(map, warnings);
   check_tags(lap, map, warnings);
   check_unconfirmed(map, warnings);
   internal::check_observations(lap, map, warnings);

@@ -260,6 +260,31 @@ TEST(MapCheck, ReportsTagsWithFewObservationsOrALargeSigma) {
   EXPECT_EQ(check_map(extended.lap, map).size(), 1U) << "a tag of the extended map may have few observations";
 }
 
+TEST(MapCheck, ReportsPartsThatDependOnFewObservationsOnce) {
+  const RingDrive drive = drive_ring();
+  BundleMap map = true_map(drive);
+  const TagId anchor = drive.lap.anchor;
+  map.observations.at(anchor) = 1;
+  TagCut others{.by = {anchor}, .observations = 1};
+  for (const auto& [id, tag] : map.map.tags) {
+    if (id != anchor) others.beyond.push_back(id);
+  }
+  map.thin_cuts = {others};
+  const auto warnings = check_map(drive.lap, map);
+  ASSERT_EQ(warnings.size(), 1U) << "the few observations of the anchor are the same cause";
+  EXPECT_THAT(warnings[0], AllOf(HasSubstr("one observation"), HasSubstr(to_string(anchor))));
+  expect_on_map_page(warnings);
+  map.observations.at(ring_tag(4)) = 2;
+  map.thin_cuts = {{{ring_tag(4)}, {ring_tag(4)}, 2, {}}};
+  map.observations.at(anchor) = 40;
+  EXPECT_THAT(check_map(drive.lap, map), ElementsAre(AllOf(HasSubstr("tag36h11:4"), HasSubstr("2 obs"))));
+  map.observations.at(ring_tag(4)) = 40;
+  map.thin_cuts = {{{ring_tag(4), ring_tag(5)}, {ring_tag(6)}, 3, 0.12}};
+  EXPECT_THAT(check_map(drive.lap, map),
+              ElementsAre(AllOf(HasSubstr("tag36h11:4, tag36h11:5"), HasSubstr("0.12 m"))));
+  expect_on_map_page(check_map(drive.lap, map));
+}
+
 TEST(MapCheck, ReportsTagsThatAreNotInTheMap) {
   const RingDrive drive = drive_ring();
   BundleMap map = true_map(drive);

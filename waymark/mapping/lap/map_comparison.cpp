@@ -137,7 +137,21 @@ tl::unexpected<Error> no_agreement(const TagMap& map, const TagMap& prior) {
       {}, "Measure the side of a tag's black square.");
 }
 
+tl::unexpected<Error> another_place(int agreeing, std::ptrdiff_t common) {
+  return fail(ErrorCode::NotFound,
+              fmt::format("only {} of {} common tags agree on the alignment of the two maps: they are of "
+                          "different places, or most tags were moved",
+                          agreeing, common),
+              {}, "Check that both maps are of the same place.");
+}
+
 }  // namespace
+
+bool agree_by_chance(std::ptrdiff_t agreeing, std::ptrdiff_t common) {
+  constexpr std::ptrdiff_t kMinCommon = 6;
+  constexpr std::ptrdiff_t kMaxShare = 4;  // one of so many
+  return common >= kMinCommon && kMaxShare * agreeing < common;
+}
 
 Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
                                    const MapComparisonOptions& options) {
@@ -153,6 +167,9 @@ Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
     comparison.map_T_prior = proposal;
   }
   if (comparison.agreeing < 2) return no_agreement(map, prior);
+  const auto common =
+      std::ranges::count_if(prior.tags, [&](const auto& tag) { return map.find(tag.first) != nullptr; });
+  if (agree_by_chance(comparison.agreeing, common)) return another_place(comparison.agreeing, common);
   internal::compare_tags(map, prior, options, comparison);
   return comparison;
 }

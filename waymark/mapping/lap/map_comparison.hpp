@@ -40,9 +40,14 @@ struct MapComparison {
   std::vector<ComparedTag> tags{};  ///< all tags in either map, in order
 };
 
+/// Whether so few of the tags that two maps have in common agree that they do so by chance: fewer than a
+/// quarter of six or more.
+[[nodiscard]] bool agree_by_chance(std::ptrdiff_t agreeing, std::ptrdiff_t common);
+
 /// Aligns the prior map using the alignment that most common tags agree on, then determines how each tag has
 /// changed. Each tag proposes an alignment, which is refined by least squares of positions and rotations of
-/// the tags near it and scored with all tags. Fails if fewer than two tags agree on any alignment. O(tags^2).
+/// the tags near it and scored with all tags. Fails if fewer than two tags agree on any alignment, or if so
+/// few of many common tags agree that the maps are of different places. O(tags^2).
 [[nodiscard]] Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
                                                  const MapComparisonOptions& options = {});
 

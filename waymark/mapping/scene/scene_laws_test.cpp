@@ -848,6 +848,49 @@ TEST(WrongIds, APartConnectedByTwoObservationsIsMappedAndReported) {
               Contains(AllOf(HasSubstr("tags 31-59"), HasSubstr("2 observations of tag 30"))));
 }
 
+TEST(WrongIds, AMapThatDependsOnOneImageOfItsOnlyKnownTagIsReported) {
+  for (const bool odometry : {false, true}) {
+    WideScene wide = test::aisles(40, 7);
+    int left = 2;
+    for (SceneFrame& frame : wide.recording.frames)
+      std::erase_if(frame.views[0].detections,
+                    [&](const TagDetection& seen) { return seen.tag.number == 0 && left-- <= 0; });
+    if (odometry) test::add_odometry(wide, 0.002, 0.001, 3);
+    SceneMap map;
+    EXPECT_EQ(mapped(wide, &map).tags, 40U);
+    ASSERT_FALSE(map.thin_cuts.empty()) << odometry;
+    EXPECT_EQ(map.thin_cuts[0].beyond.size(), 39U);
+    EXPECT_EQ(map.thin_cuts[0].by, std::vector<TagId>{wide.scene.bodies[0].tags[0].id});
+    EXPECT_EQ(map.thin_cuts[0].observations, 2);
+    EXPECT_FALSE(map.thin_cuts[0].otherwise_sigma_m);
+  }
+}
+
+TEST(WrongIds, MotionChecksFewObservationsOnlyIfItIsPrecise) {
+  for (const double sigma_m : {0.0005, 0.05}) {
+    WideScene wide = thinly_tied(2);
+    test::add_odometry(wide, sigma_m, sigma_m / 10, 3);
+    SceneMap map;
+    EXPECT_EQ(mapped(wide, &map).tags, 60U);
+    const auto part =
+        std::ranges::find_if(map.thin_cuts, [](const TagCut& cut) { return cut.beyond.size() == 29; });
+    EXPECT_EQ(part != map.thin_cuts.end(), sigma_m > 0.01) << sigma_m;
+    if (part == map.thin_cuts.end()) continue;
+    ASSERT_TRUE(part->otherwise_sigma_m);
+    EXPECT_GT(*part->otherwise_sigma_m, sigma_m);
+    EXPECT_LT(worst_sigmas(wide, map), 5);
+  }
+}
+
+TEST(WrongIds, ASceneWithoutTwoTagsInOneImageIsRefused) {
+  WideScene wide = test::aisles(20, 7);
+  test::keep_nearest(wide);
+  const auto map = map_scene(wide.scene, wide.recording);
+  ASSERT_FALSE(map);
+  EXPECT_EQ(map.error().code, ErrorCode::NotFound);
+  EXPECT_FALSE(map.error().hint.empty());
+}
+
 TEST(WrongIds, APartConnectedByOneObservationIsExcludedAndReported) {
   SceneMap map;
   EXPECT_EQ(mapped(thinly_tied(1), &map).tags, 31U);

@@ -9,6 +9,7 @@
 #include "waymark/mapping/solver/changed_tags.hpp"
 #include "waymark/mapping/solver/map_search.hpp"
 #include "waymark/mapping/solver/tag_sizes.hpp"
+#include "waymark/mapping/solver/thin_cuts.hpp"
 
 namespace waymark {
 
@@ -34,13 +35,6 @@ struct SceneMapOptions {
           Field{"min_observations", "Minimum number of images in which an unlisted tag must be observed.", 1,
                 1000});
   }
-};
-
-/// Tags that are connected to the rest only by observations of a few tags.
-struct SceneCut {
-  std::vector<TagId> beyond{};  ///< the weakly connected tags
-  std::vector<TagId> by{};      ///< the tags whose observations connect them
-  int observations = 0;
 };
 
 /// An observation that was assigned to a tag with a different id.
@@ -102,10 +96,10 @@ struct SceneMap {
   std::vector<RejectedObservation> rejected{};
   std::vector<CorrectedId> corrected_ids{};       ///< misread ids that were assigned to another tag
   std::vector<std::vector<TagId>> unconnected{};  ///< groups of tags that are not connected to the map
-  std::vector<SceneCut> left_out_cuts{};  ///< unconnected groups that have only unconfirmed connections
-  std::vector<SceneCut> thin_cuts{};      ///< weakly connected parts of the map, with the largest first
-  std::vector<TagId> undetermined{};      ///< tags that are in the map but have no determined pose
-  std::map<TagId, int> prior_only{};      ///< see tags_on_prior_alone()
+  std::vector<TagCut> left_out_cuts{};  ///< unconnected groups that have only unconfirmed connections
+  std::vector<TagCut> thin_cuts{};      ///< weakly connected parts of the map, with the largest first
+  std::vector<TagId> undetermined{};    ///< tags that are in the map but have no determined pose
+  std::map<TagId, int> prior_only{};    ///< see tags_on_prior_alone()
   /// Parameters of estimated cameras; `scene` contains the estimates.
   std::vector<FoundIntrinsics> intrinsics{};
   std::vector<std::size_t>

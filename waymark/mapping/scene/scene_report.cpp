@@ -6,7 +6,6 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -21,6 +20,7 @@
 #include "waymark/mapping/scene/prior_checks.hpp"
 #include "waymark/mapping/scene/scene_calibration.hpp"
 #include "waymark/mapping/solver/tag_sizes.hpp"
+#include "waymark/mapping/solver/thin_cuts.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark {
@@ -61,8 +61,8 @@ void remove_contradicted_tags(SceneMap& map) {
 }
 
 /// The observations, including unconfirmed ones, that connect unplaced tags to those in the map.
-SceneCut cut_of(const SceneMap& map, const std::vector<TagId>& group) {
-  SceneCut cut{.beyond = group};
+TagCut cut_of(const SceneMap& map, const std::vector<TagId>& group) {
+  TagCut cut{.beyond = group};
   std::set<std::size_t> reached;
   for (const SceneObservation& seen : map.observations.seen) {
     if (std::ranges::binary_search(group, map.scene.bodies[seen.body].tags[seen.tag].id))
@@ -110,7 +110,7 @@ void list_unconnected(SceneMap& map) {
       }
     }
     std::ranges::sort(group);
-    if (SceneCut cut = cut_of(map, group); cut.observations > 0) map.left_out_cuts.push_back(std::move(cut));
+    if (TagCut cut = cut_of(map, group); cut.observations > 0) map.left_out_cuts.push_back(std::move(cut));
     map.unconnected.push_back(std::move(group));
   }
 }
@@ -135,24 +135,38 @@ void measure_reprojection(SceneMap& map) {
 
 namespace {
 
+/// Whether a pose is given about as precisely as the map has it, so that nothing else determines it better.
+bool is_given_precisely(const SceneMap& map, PoseIndex pose, const std::optional<ScenePrior>& prior) {
+  constexpr double kMaxVarianceRatio = 2;
+  if (map.problem.bundle.poses[pose].fixed) return true;
+  return prior && prior->covariance().topLeftCorner<3, 3>().trace() <=
+                      kMaxVarianceRatio * map.covariance.poses[pose].topLeftCorner<3, 3>().trace();
+}
+
 /// The tags that define the map frame: those with a known pose or, if there are none, the one with the most
-/// observations.
+/// observations. A pose that the observations determine much better than its prior is not known.
 std::set<PoseIndex> roots_of(const SceneMap& map) {
   std::vector<int> used(map.problem.bundle.poses.size(), 0);
   for (const CornerTerm& term : map.problem.bundle.corners) used[term.tag] += term.used ? 1 : 0;
   std::set<PoseIndex> roots;
-  PoseIndex most = 0;
+  std::optional<PoseIndex> most;
+  std::optional<PoseIndex> most_given;
+  const auto keep_more = [&](PoseIndex tag, std::optional<PoseIndex>& best) {
+    if (used[tag] > 0 && (!best || used[tag] > used[*best])) best = tag;
+  };
   for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
     for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
-      const PoseIndex tag = map.problem.tags[b][t];
-      const MovedTag* moved = find_moved(map, map.scene.bodies[b].tags[t].id);
-      const PoseIndex given = moved != nullptr ? *moved->earlier : tag;
-      const bool known = map.scene.bodies[b].tags[t].body_T_tag || map.problem.bundle.poses[given].fixed;
-      if (known && used[given] > 0) roots.insert(given);
-      if (used[tag] > used[most]) most = tag;
+      const SceneTag& tag = map.scene.bodies[b].tags[t];
+      const PoseIndex pose = map.problem.tags[b][t];
+      const MovedTag* moved = find_moved(map, tag.id);
+      const PoseIndex given = moved != nullptr ? *moved->earlier : pose;
+      if (used[given] > 0 && is_given_precisely(map, given, tag.body_T_tag)) roots.insert(given);
+      if (tag.body_T_tag) keep_more(given, most_given);
+      keep_more(pose, most);
     }
   }
-  if (roots.empty()) roots.insert(most);
+  if (roots.empty() && most_given) roots.insert(*most_given);
+  if (roots.empty() && most) roots.insert(*most);
   return roots;
 }
 
@@ -178,8 +192,8 @@ void list_thin_cuts(SceneMap& map) {
   for (const DuplicateTag& duplicate : map.duplicate_tags) ids[duplicate.other] = duplicate.tag;
   std::vector<char> moves = map.problem.moves;
   moves.resize(map.problem.bundle.poses.size(), 0);
-  for (const ThinCut& cut : thin_cuts(map.problem.bundle, moves, roots_of(map)))
-    map.thin_cuts.push_back({named(cut.beyond), named(cut.by), cut.observations});
+  for (const ThinCut& cut : unchecked_cuts(map.problem.bundle, map.covariance, moves, roots_of(map)))
+    map.thin_cuts.push_back({named(cut.beyond), named(cut.by), cut.observations, cut.otherwise_sigma_m});
 }
 
 /// Puts the common factor of all sizes into the scene.
@@ -451,15 +465,11 @@ void warn_of_prior_only(const SceneMap& map, std::vector<std::string>& warnings)
 }
 
 void warn_of_thin_cuts(const SceneMap& map, std::vector<std::string>& warnings) {
-  for (const SceneCut& cut : map.left_out_cuts) {
+  for (const TagCut& cut : map.left_out_cuts) {
     warnings.push_back(fmt::format("{}: excluded; connected only by {} of {}, without confirmation by others",
                                    names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
   }
-  for (std::size_t i = 0; i < std::min(map.thin_cuts.size(), kMaxLines); ++i) {
-    const SceneCut& cut = map.thin_cuts[i];
-    warnings.push_back(fmt::format("{}: connected only by {} of {}; an error in these would move all of them",
-                                   names_of(cut.beyond), observations(cut.observations), names_of(cut.by)));
-  }
+  for (std::string& warning : describe(map.thin_cuts, names_of)) warnings.push_back(std::move(warning));
   if (!map.undetermined.empty())
     warnings.push_back(names_of(map.undetermined) + ": pose not determined by the observations");
 }
@@ -533,130 +543,6 @@ std::vector<std::string> scene_warnings(const SceneMap& map) {
   warn_of_odometry(map, warnings);
   warn_of_misread_ids(map, warnings);
   return warnings;
-}
-
-namespace {
-
-// Number of tags; in larger views, only tags that are adjacent in the list are connected.
-constexpr std::size_t kMaxFullView = 8;
-constexpr std::size_t kTiesPerTag = 4;
-
-/// The tags in each view, in ascending order.
-std::vector<std::vector<PoseIndex>> views_of(const Bundle& bundle, const std::vector<char>& moves) {
-  std::map<std::pair<PoseIndex, PoseIndex>, std::vector<PoseIndex>> views;
-  for (const CornerTerm& term : bundle.corners) {
-    if (!term.used) continue;
-    if (moves[term.rig] != 0 || moves[term.body] != 0) views[{term.rig, term.body}].push_back(term.tag);
-  }
-  std::vector<std::vector<PoseIndex>> result;
-  for (auto& [key, tags] : views) {
-    std::ranges::sort(tags);
-    tags.erase(std::ranges::unique(tags).begin(), tags.end());
-    if (tags.size() > 1) result.push_back(std::move(tags));
-  }
-  return result;
-}
-
-struct Tie {
-  PoseIndex a = 0, b = 0;
-  int views = 0;
-};
-
-/// The maximum spanning forest (Kruskal, "On the shortest spanning subtree of a graph", 1956).
-std::vector<Tie> spanning_tree(const std::vector<std::vector<PoseIndex>>& views, std::size_t poses) {
-  std::map<std::pair<PoseIndex, PoseIndex>, int> together;
-  for (const auto& tags : views) {
-    const std::size_t reach = tags.size() <= kMaxFullView ? tags.size() : kTiesPerTag;
-    for (std::size_t i = 0; i < tags.size(); ++i) {
-      for (std::size_t j = i + 1; j < tags.size() && j <= i + reach; ++j) ++together[{tags[i], tags[j]}];
-    }
-  }
-  std::vector<Tie> ties;
-  ties.reserve(together.size());
-  for (const auto& [pair, count] : together) ties.push_back({pair.first, pair.second, count});
-  std::ranges::stable_sort(ties, std::greater<>{}, &Tie::views);
-  std::vector<PoseIndex> parent(poses);
-  std::iota(parent.begin(), parent.end(), PoseIndex{0});
-  const auto root = [&](PoseIndex i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  std::vector<Tie> tree;
-  for (const Tie& tie : ties) {
-    const PoseIndex a = root(tie.a);
-    const PoseIndex b = root(tie.b);
-    if (a == b) continue;
-    parent[a] = b;
-    tree.push_back(tie);
-  }
-  return tree;
-}
-
-using Neighbours = std::map<PoseIndex, std::vector<PoseIndex>>;
-
-/// The tags connected to `from` if the edge to `without` is removed.
-std::set<PoseIndex> side_of(const Neighbours& neighbours, PoseIndex from, PoseIndex without) {
-  std::set<PoseIndex> side = {from};
-  std::vector<PoseIndex> next = {from};
-  while (!next.empty()) {
-    const PoseIndex at = next.back();
-    next.pop_back();
-    for (PoseIndex other : neighbours.at(at)) {
-      if ((at == from && other == without) || !side.insert(other).second) continue;
-      next.push_back(other);
-    }
-  }
-  return side;
-}
-
-ThinCut thin_cut_of(const std::vector<std::vector<PoseIndex>>& views, const std::set<PoseIndex>& beyond) {
-  ThinCut cut{.beyond = {beyond.begin(), beyond.end()}};
-  std::set<PoseIndex> by;
-  for (const auto& tags : views) {
-    std::vector<PoseIndex> there;
-    std::vector<PoseIndex> here;
-    for (PoseIndex tag : tags) (beyond.contains(tag) ? there : here).push_back(tag);
-    const auto& fewer = here.size() <= there.size() ? here : there;
-    cut.observations += static_cast<int>(fewer.size());
-    by.insert(fewer.begin(), fewer.end());
-  }
-  cut.by = {by.begin(), by.end()};
-  return cut;
-}
-
-}  // namespace
-
-std::vector<ThinCut> thin_cuts(const Bundle& bundle, const std::vector<char>& moves,
-                               const std::set<PoseIndex>& roots, int most) {
-  if (!bundle.relatives.empty()) return {};
-  const std::vector<std::vector<PoseIndex>> views = views_of(bundle, moves);
-  const std::vector<Tie> tree = spanning_tree(views, bundle.poses.size());
-  Neighbours neighbours;
-  for (const Tie& tie : tree) {
-    neighbours[tie.a].push_back(tie.b);
-    neighbours[tie.b].push_back(tie.a);
-  }
-  std::vector<ThinCut> cuts;
-  constexpr int kMaxTried = 200;
-  int tried = 0;
-  for (auto tie = tree.rbegin(); tie != tree.rend() && tie->views <= most && tried < kMaxTried;
-       ++tie, ++tried) {
-    std::set<PoseIndex> beyond = side_of(neighbours, tie->a, tie->b);
-    const auto known = [&](PoseIndex tag) { return roots.contains(tag); };
-    if (std::ranges::any_of(beyond, known)) beyond = side_of(neighbours, tie->b, tie->a);
-    if (beyond.size() < 2 || std::ranges::any_of(beyond, known)) continue;
-    ThinCut cut = thin_cut_of(views, beyond);
-    if (cut.observations <= most) cuts.push_back(std::move(cut));
-  }
-  std::ranges::stable_sort(cuts, std::greater<>{}, [](const ThinCut& cut) { return cut.beyond.size(); });
-  std::vector<ThinCut> kept;
-  for (ThinCut& cut : cuts) {
-    const bool within = std::ranges::any_of(kept, [&](const ThinCut& other) {
-      return other.observations <= cut.observations && std::ranges::includes(other.beyond, cut.beyond);
-    });
-    if (!within) kept.push_back(std::move(cut));
-  }
-  return kept;
 }
 
 double corner_chi2_per_dof(const SceneMap& map) {

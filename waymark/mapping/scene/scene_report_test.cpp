@@ -186,6 +186,12 @@ TEST(SceneWarnings, ListWeaklyConnectedTagsAsRanges) {
   expect_on_scene_page(map);
   std::vector<std::size_t> many;
   for (std::size_t i = 0; i < 30; ++i) many.push_back(2 * i);
+  map.thin_cuts = {{tags({3, 4}), tags({2}), 1, 0.31}, {tags({7}), tags({7}), 2}, {tags({9}), tags({9}), 1}};
+  map.left_out_cuts.clear();
+  map.undetermined.clear();
+  EXPECT_THAT(scene_warnings(map),
+              ElementsAre(AllOf(StartsWith("tags 3, 4:"), HasSubstr("0.31 m")), StartsWith("tags 7, 9:")));
+  expect_on_scene_page(map);
   map.thin_cuts = {{tags(many), tags({1}), 1}};
   EXPECT_THAT(scene_warnings(map),
               Contains(StartsWith("tags 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, ...")));
@@ -236,78 +242,6 @@ TEST(SceneWarnings, CountMisreadIdsAndListSome) {
               ElementsAre(AllOf(StartsWith("7 observations "), HasSubstr("3 for 4, ..."))));
   expect_on_scene_page(map);
 }
-
-/// Tags in images. Pose 0 is the map, 1 is the camera mounting, and 2 to 21 are tags; they are followed by
-/// one pose for each image.
-struct Album {
-  Bundle bundle{};
-  std::vector<char> moves{};
-
-  Album() {
-    for (int i = 0; i < 22; ++i) {
-      bundle.add({}, i < 2);
-      moves.push_back(0);
-    }
-  }
-  void show(const std::vector<PoseIndex>& tags, int times = 1, bool used = true) {
-    for (int i = 0; i < times; ++i) {
-      const PoseIndex rig = bundle.add({});
-      moves.push_back(1);
-      for (PoseIndex tag : tags)
-        bundle.corners.push_back({.rig = rig, .cam = 1, .body = 0, .tag = tag, .used = used});
-    }
-  }
-  [[nodiscard]] std::vector<ThinCut> cuts(int most = 3) const { return thin_cuts(bundle, moves, {2}, most); }
-};
-
-/// Two rooms with five tags each, which are observed often. The rooms are connected by `ties` images that
-/// show the last tag of one room and the first tag of the other.
-Album rooms(int ties) {
-  Album album;
-  album.show({2, 3, 4, 5, 6}, 10);
-  album.show({7, 8, 9, 10, 11}, 10);
-  album.show({6, 7}, ties);
-  return album;
-}
-
-TEST(ThinCuts, ReportWeaklyConnectedTagsAndTheirConnection) {
-  for (int ties = 1; ties <= 3; ++ties) {
-    const auto cuts = rooms(ties).cuts();
-    ASSERT_EQ(cuts.size(), 1U) << ties;
-    EXPECT_EQ(cuts[0].beyond, (std::vector<PoseIndex>{7, 8, 9, 10, 11}));
-    EXPECT_EQ(cuts[0].by, (std::vector<PoseIndex>{6}));
-    EXPECT_EQ(cuts[0].observations, ties);
-  }
-}
-
-TEST(ThinCuts, IgnorePartsWithMoreConnections) {
-  EXPECT_TRUE(rooms(4).cuts().empty());
-  EXPECT_EQ(rooms(4).cuts(4).size(), 1U);
-}
-
-TEST(ThinCuts, IgnoreObservationsNotInUse) {
-  Album album = rooms(2);
-  album.show({6, 7}, 10, false);
-  ASSERT_EQ(album.cuts().size(), 1U);
-  EXPECT_EQ(album.cuts()[0].observations, 2);
-}
-
-TEST(ThinCuts, MeasuredMotionConnectsImages) {
-  Album album = rooms(1);
-  const PoseIndex first = 22;
-  for (PoseIndex rig = first + 1; rig < album.bundle.poses.size(); ++rig)
-    album.bundle.relatives.push_back({.a = rig - 1, .b = rig});
-  EXPECT_TRUE(album.cuts().empty());
-}
-
-TEST(ThinCuts, IgnoreSingleTags) {
-  Album album;
-  album.show({2, 3, 4}, 10);
-  album.show({4, 5}, 1);
-  EXPECT_TRUE(album.cuts().empty());
-}
-
-TEST(ThinCuts, AreEmptyWithoutObservations) { EXPECT_TRUE(Album().cuts().empty()); }
 
 TEST(CornerConsistency, IsOneIfDetectorCovariancesAreCorrect) {
   for (const double times : {1.0, 2.0}) {
