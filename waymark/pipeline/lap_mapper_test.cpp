@@ -64,6 +64,26 @@ TEST(LapMapper, AnExactLapGivesAnExactMap) {
   testing::expect_on_page("map", lap->warnings.back());
 }
 
+TEST(LapMapper, RefusesAMapOfASingleTag) {
+  const TeachSetup setup = some_setup();
+  TaughtLap alone = some_lap(setup);
+  TaughtLap apart = alone;
+  for (TagFrame& frame : alone.frames)
+    std::erase_if(frame.detections, [](const TagDetection& seen) { return seen.tag != kAnchor; });
+  for (std::size_t f = 0; f < apart.frames.size(); ++f)
+    std::erase_if(apart.frames[f].detections,
+                  [&](const TagDetection& seen) { return (seen.tag == kAnchor) != (f % 2 == 0); });
+  for (const MapMethod method : {MapMethod::Bundle, MapMethod::Chain}) {
+    for (const TaughtLap& lap : {alone, apart}) {
+      const auto map = map_lap(lap, setup, {.method = method});
+      ASSERT_FALSE(map);
+      EXPECT_EQ(map.error().code, ErrorCode::NotFound);
+      EXPECT_FALSE(map.error().hint.empty());
+      testing::expect_on_page("map", map.error());
+    }
+  }
+}
+
 TEST(LapMapper, MappingInPlaceGivesTheSamplesBack) {
   const TeachSetup setup = some_setup();
   TaughtLap taught = some_lap(setup);

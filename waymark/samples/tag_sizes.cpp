@@ -1,6 +1,7 @@
 #include "waymark/samples/tag_sizes.hpp"
 
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -31,11 +32,19 @@ Result<double> TagSizes::size_m(const TagId& tag) const {
   return size;
 }
 
+std::string size_in_metres(double size_m) {
+  constexpr double kMinMillimetres = 50;  // larger prints are rarely given in centimetres
+  if (!(size_m > kMaxTagSize_m && size_m <= 1000 * kMaxTagSize_m)) return {};
+  const bool millimetres = size_m >= kMinMillimetres;
+  return fmt::format(" {0:g} {1} are {2:g} m.", size_m, millimetres ? "mm" : "cm",
+                     size_m / (millimetres ? 1000 : 100));
+}
+
 Status check_printed_size(double size_m, std::string key) {
   if (size_m >= kMinTagSize_m && size_m <= kMaxTagSize_m) return {};
   return fail(ErrorCode::InvalidArgument,
               fmt::format("{:g} is not a size in metres from {} to {}", size_m, kMinTagSize_m, kMaxTagSize_m),
-              {.key = std::move(key)}, kHint);
+              {.key = std::move(key)}, std::string(kHint) + size_in_metres(size_m));
 }
 
 std::vector<std::string> TagSizes::warnings() const {

@@ -36,7 +36,11 @@ inline constexpr double kMaxTagSize_m = 10;
 /// Whether a tag's side length [m] is valid, i.e. positive and finite.
 [[nodiscard]] bool is_tag_size(double size_m);
 
-/// Fails if a size is outside these limits. Errors name the field `key`.
+/// What a size beyond these limits probably means, as a sentence after another one, such as " 16 cm are 0.16
+/// m."; empty for other sizes.
+[[nodiscard]] std::string size_in_metres(double size_m);
+
+/// Fails if a size is outside these limits. Errors name the field `key`, and what the size probably means.
 [[nodiscard]] Status check_printed_size(double size_m, std::string key);
 
 }  // namespace waymark

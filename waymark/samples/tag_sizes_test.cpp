@@ -47,6 +47,13 @@ TEST(TagSizes, SizesOfPrintedTagsHaveLimits) {
   }
 }
 
+TEST(TagSizes, ASizeInAnotherUnitIsConvertedInTheHint) {
+  EXPECT_THAT(check_printed_size(16, {}).error().hint, HasSubstr("16 cm are 0.16 m"));
+  EXPECT_THAT(check_printed_size(165.1, {}).error().hint, HasSubstr("165.1 mm are 0.1651 m"));
+  for (const double other : {0.0, -16.0, 1e9, std::numeric_limits<double>::quiet_NaN()})
+    EXPECT_TRUE(size_in_metres(other).empty()) << other;
+}
+
 TEST(TagSizes, InvalidSizesAreErrors) {
   const double bad_sizes[] = {0.0, -0.1, std::numeric_limits<double>::quiet_NaN(),
                               std::numeric_limits<double>::infinity()};

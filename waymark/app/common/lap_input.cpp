@@ -111,6 +111,15 @@ Result<SE3> anchor_pose_of(const std::vector<double>& n) {
 
 namespace {
 
+/// Fails on a size outside the limits of printed tags, such as one that was recorded in centimetres.
+Status check_sizes(const TagSizes& sizes) {
+  if (Status size = check_printed_size(*sizes.default_size_m, "tag_size_m"); !size) return size;
+  for (const auto& [tag, size_m] : sizes.size_by_tag_m) {
+    if (Status size = check_printed_size(size_m, to_string(tag)); !size) return size;
+  }
+  return {};
+}
+
 /// Fails on the size of a tag of a family that was not observed, because it would be ignored.
 Status check_size_families(const RecordedLap& lap, const SetupOverrides& overrides) {
   std::set<FamilyId> observed;
@@ -172,7 +181,7 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
     return fail(ErrorCode::NotFound, "the recording does not specify the tag size", {},
                 "Set `tag_size_m` to the side of the black square.");
   setup.sizes = std::move(*sizes);
-  if (Status status = setup.sizes.check(); !status) return tl::unexpected(status.error());
+  if (Status status = check_sizes(setup.sizes); !status) return tl::unexpected(status.error());
   if (Status status = check_size_families(lap, overrides); !status) return tl::unexpected(status.error());
   if (Status status = fill_anchor(lap, overrides, setup); !status) return tl::unexpected(status.error());
   return setup;

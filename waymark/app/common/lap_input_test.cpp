@@ -155,7 +155,7 @@ TEST(SetupOf, MissingDataAreErrorsWithAHint) {
 TEST(SetupOf, InvalidMetadataAreErrors) {
   RecordedLap lap = whole_lap();
   auto& facts = lap.setup.metadata[lap_facts::kMetadata];
-  for (const char* size : {"0", "-0.1", "nan", "large"}) {
+  for (const char* size : {"0", "-0.1", "nan", "large", "16"}) {
     facts[lap_facts::kTagSize] = size;
     EXPECT_FALSE(setup_of(lap, {})) << size;
   }

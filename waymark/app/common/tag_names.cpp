@@ -40,7 +40,8 @@ Result<double> parse_size_m(const std::string& text, const std::string& whole) {
       ErrorCode::InvalidArgument,
       fmt::format("'{}' is not a size in metres from {} to {}", whole, kMinTagSize_m, kMaxTagSize_m),
       {.key = "tag_size_m"},
-      "Measure the side of the square where black border meets white, for example `tag_size_m=0.16`.");
+      "Measure the side of the square where black border meets white, for example `tag_size_m=0.16`." +
+          (error == std::errc() ? size_in_metres(size_m) : std::string()));
 }
 
 tl::unexpected<Error> two_sizes(const std::string& tags, double first_m, double second_m) {

@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 
 #include "tests/support/data.hpp"
+#include "tests/support/golden_page.hpp"
 #include "tests/support/hand_walk.hpp"
 #include "waymark/app/video/map_video.hpp"
 #include "waymark/base/angles.hpp"
@@ -360,6 +361,28 @@ TEST(FieldVideo, AFlatWallDeterminesTheFocalLength) {
   EXPECT_NEAR(lens.found[0], 1740, 50 + 2 * lens.sigma[0]);
   EXPECT_LT(lens.sigma[0], 0.7 * lens.prior_sigma[0])
       << "the camera hardly moves, so successive images count as one";
+}
+
+TEST(MapVideoPrior, OfAnotherPlaceIsRefused) {
+  Walked walked = walk(242, {.seconds = 20, .rate_hz = 6});
+  walked.job.map_T_anchor.reset();
+  walked.job.distances.clear();
+  const TagMap here = walked.world.tags;
+  walked.job.prior = here;
+  const auto report = map_views(walked.job, walked.frames, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  // Each tag but the anchor is at the place of the next one.
+  const MappedTag* next = &here.tags.rbegin()->second;
+  for (auto& [id, tag] : walked.job.prior.tags) {
+    if (id == kAnchor) continue;
+    tag.map_T_tag = next->map_T_tag;
+    next = &here.tags.at(id);
+  }
+  const auto elsewhere = map_views(walked.job, walked.frames, {});
+  ASSERT_FALSE(elsewhere);
+  EXPECT_EQ(elsewhere.error().code, ErrorCode::NotFound);
+  EXPECT_EQ(elsewhere.error().place.key, "prior");
+  testing::expect_on_page("map", elsewhere.error());
 }
 
 }  // namespace

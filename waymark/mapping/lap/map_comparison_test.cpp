@@ -100,6 +100,13 @@ TEST(MapComparison, RejectsMapsOfDifferentPlaces) {
   EXPECT_FALSE(compare_maps(some_map(), {}));
 }
 
+TEST(MapComparison, FewOfManyTagsAgreeByChance) {
+  EXPECT_FALSE(agree_by_chance(1, 5)) << "too few to judge";
+  EXPECT_TRUE(agree_by_chance(1, 6));
+  EXPECT_FALSE(agree_by_chance(2, 8)) << "a quarter";
+  EXPECT_TRUE(agree_by_chance(5, 24));
+}
+
 TEST(MapComparison, PointsAreComparedByNumberAndPosition) {
   const TagMap map = some_map();
   std::vector<PriorPoint> prior;

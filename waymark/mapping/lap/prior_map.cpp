@@ -170,10 +170,9 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   const TagMap now = tags_of(lap, prior.map);
   const Result<MapComparison> comparison = compare_maps(now, prior.map);
   if (!comparison)
-    return fail(
-        ErrorCode::NotFound, "the lap does not fit the map to be extended: no two tags agree", {},
-        "Check that the lap was recorded at this place. `waymark map LAP prior=MAP` maps it separately "
-        "and compares both maps.");
+    return fail(ErrorCode::NotFound,
+                "the lap does not fit the map to be extended: " + comparison.error().message, {},
+                "Check that the lap was recorded at this place, or map it separately, without `extend`.");
   // If the prior map was made from laps and the anchor is unmoved, both maps are in the same frame, and their
   // covariances bound the distances. An alignment using all tags would hide errors.
   if (is_measured(prior.map) || !is_unmoved(*comparison, anchor))

@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "waymark/mapping/scene/misread_ids.hpp"
 #include "waymark/mapping/scene/moved_tags.hpp"
 #include "waymark/mapping/scene/odometry_checks.hpp"
@@ -185,6 +187,23 @@ double common_size_sigma(const TagScene& scene, const SearchOptions& options) {
   return options.common_tag_size_sigma_percent.value_or(scene.distances.empty() ? 0 : kUsual_percent) / 100;
 }
 
+/// Fails if the map contains a single tag, although others were observed: no image contains two of them.
+Status check_several_tags(const SceneMap& map) {
+  std::set<PoseIndex> observed;
+  std::set<PoseIndex> placed;
+  for (const SceneObservation& seen : map.observations.seen) {
+    const PoseIndex tag = map.problem.tags[seen.body][seen.tag];
+    observed.insert(tag);
+    if (map.placed[tag] != 0) placed.insert(tag);
+  }
+  if (placed.size() > 1 || map.unconnected.empty() || !map.left_out_cuts.empty()) return {};
+  return fail(ErrorCode::NotFound,
+              fmt::format("only one of {} observed tags can be mapped: no image contains two of them, and no "
+                          "odometry connects them",
+                          observed.size()),
+              {}, "Record images that contain two tags each, or give the poses of more tags.");
+}
+
 /// Excludes unlisted tags with few observations, because a wrong id usually occurs only once.
 void drop_rare_unlisted_tags(const TagScene& listed, const SceneMapOptions& options, SceneMap& map) {
   std::map<std::pair<std::size_t, std::size_t>, int> count;
@@ -254,6 +273,7 @@ Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recordin
   search.forget_factor();
   map.cost = cost(map.problem.bundle);
   report_scene(recording, map);
+  if (Status several = check_several_tags(map); !several) return tl::unexpected(several.error());
   return map;
 }
 
