@@ -1,5 +1,6 @@
 """A camera without images: tag corners with t-distributed noise and persistent errors of each tag."""
 import dataclasses
+import math
 
 import numpy as np
 
@@ -9,7 +10,8 @@ import course
 
 @dataclasses.dataclass
 class CornerOptions:
-    sigma_px: float = 0.12  # scale of Student's t with three degrees of freedom
+    sigma_px: float = 0.12  # scale of Student's t
+    degrees_of_freedom: float = 3.0  # of Student's t; infinite: Gaussian
     lasting_m: float = 0.0003  # of each printed corner in the plane of its tag, the same in all frames
     printing: int = 0  # which set of printed tags is mounted
     miss: float = 0.02
@@ -52,7 +54,8 @@ class CornerCamera:
                 continue
             if self._rng.random() < self._options.miss:
                 continue
-            noise = self._options.sigma_px * self._rng.standard_t(3, (4, 2))
+            gaussian = math.isinf(self._options.degrees_of_freedom)
+            noise = self._options.sigma_px * (self._rng.standard_normal((4, 2)) if gaussian else self._rng.standard_t(self._options.degrees_of_freedom, (4, 2)))
             corners = pixels + noise + 0.5  # on the wire, pixel centres are at half pixels
             seen.append({"tag": f"tag36h11:{tag.number}", "corners_px": np.round(corners, 4).tolist(),
                          "corner_sigma_px": self._options.stated_sigma_px, "hamming": 0, "decision_margin": 60.0})

@@ -5,6 +5,7 @@ import dataclasses
 import math
 import pathlib
 import sys
+import typing
 
 import numpy as np
 
@@ -94,30 +95,36 @@ def camera_at(position, forward, roll) -> np.ndarray:
     return frames.rigid(np.column_stack([x, np.cross(z, x), z]) @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), np.asarray(position, float))
 
 
-def walk(rounds, case, rng) -> list[np.ndarray]:
-    """The poses of the rig."""
-    phase = rng.uniform(0, 2 * math.pi) if rounds >= 1 else 0.0
+def walker(case, phase, rng) -> typing.Callable[[float], np.ndarray]:
+    """The pose of the rig at a frame, which may be between two images."""
     wave = rng.uniform(0, 2 * math.pi, 6)
-    poses = []
-    for i in range(int(ROUND_FRAMES * rounds)):
-        t = i * STEP_NS / 1e9
-        a = phase + 2 * math.pi * i / ROUND_FRAMES
+
+    def pose(frame: float) -> np.ndarray:
+        t = frame * STEP_NS / 1e9
+        a = phase + 2 * math.pi * frame / ROUND_FRAMES
         at = [1.3 * math.cos(a) + 0.1 * math.sin(1.3 * t + wave[0]), 0.9 * math.sin(a) + 0.1 * math.sin(1.1 * t + wave[1]),
               1.35 + 0.1 * math.sin(0.9 * t + wave[2])]
         look = a + 0.5 * math.sin(0.8 * t + wave[3]) - 0.35
         forward = [math.cos(look), math.sin(look), 0.15 * math.sin(0.7 * t + wave[4])]
         if case == "faces" and math.sin(2 * a + 0.7) > 0.2:  # looks at the board from both sides
             forward = np.array([0.45 + 0.4 * math.sin(t), 0.2, 1.3]) - at
-        poses.append(camera_at(at, forward, 0.15 * math.sin(0.6 * t + wave[5])))
-    return poses
+        return camera_at(at, forward, 0.15 * math.sin(0.6 * t + wave[5]))
+
+    return pose
 
 
-def image_of(map_T_cam, map_T_tag) -> np.ndarray | None:
-    """The corners of a tag [px] if the camera detects it."""
+def walk(rounds, case, rng) -> list[np.ndarray]:
+    """The poses of the rig."""
+    pose = walker(case, rng.uniform(0, 2 * math.pi) if rounds >= 1 else 0.0, rng)
+    return [pose(frame) for frame in range(int(ROUND_FRAMES * rounds))]
+
+
+def image_of(map_T_cam, map_T_tag, scale=1.0) -> np.ndarray | None:
+    """The corners of a tag [px] if the camera detects it. `scale`: its printed size over TAG_M."""
     to_camera = map_T_cam[:3, 3] - map_T_tag[:3, 3]
     if map_T_tag[:3, 2] @ to_camera < 0.3 * np.linalg.norm(to_camera):
         return None
-    in_camera = (CORNERS @ map_T_tag[:3, :3].T - to_camera) @ map_T_cam[:3, :3]
+    in_camera = (scale * CORNERS @ map_T_tag[:3, :3].T - to_camera) @ map_T_cam[:3, :3]
     if in_camera[:, 2].min() < 0.1:
         return None
     px = FX * in_camera[:, :2] / in_camera[:, 2:] + [CX, CY]

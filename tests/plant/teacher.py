@@ -12,8 +12,9 @@ AHEAD_OF_RECORDED = 16  # its bends are tighter
 
 
 class Teacher:
-    def __init__(self, speed_m_s: float, seed: int, wander_m: float = 0.015):
+    def __init__(self, speed_m_s: float, seed: int, wander_m: float = 0.015, laps: int = 1):
         self._lap, self.speed_m_s = course.lap(), speed_m_s
+        self._laps = laps
         self._ahead = AHEAD if course.closed() else AHEAD_OF_RECORDED
         if not course.closed():  # continued straight, so that there is a point to aim at
             x, y, yaw, _ = self._lap[-1]
@@ -29,7 +30,7 @@ class Teacher:
     @property
     def done(self) -> bool:
         if course.closed():
-            return self._driven_m >= course.length_m() + OVERLAP_M
+            return self._driven_m >= self._laps * course.length_m() + OVERLAP_M
         return self._index >= len(self._lap) - 1 - self._ahead
 
     def _place(self, step: int) -> int:

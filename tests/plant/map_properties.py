@@ -1,0 +1,202 @@
+#!/usr/bin/python3
+"""Is a map ever silently wrong? Maps recordings with random injected causes (`faulty_laps.py`, `faulty_scenes.py`) and judges each run: a map within
+the bounds that its covariances state, a named cause, a refusal, or silence. A recording
+without injected causes must give a map within the bounds and no warning.
+
+    tests/plant/map_properties.py build/check/bin/waymark lap 1-40 --folder /tmp/laps
+    tests/plant/map_properties.py build/check/bin/waymark scene 7 --folder /tmp/scenes --causes none"""
+import argparse
+import dataclasses
+import json
+import math
+import pathlib
+import shutil
+import subprocess
+import sys
+import typing
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import duplicates_test
+import faulty_laps
+import faulty_scenes
+import judge
+import map_causes
+from map_causes import Truth
+
+KINDS = {"lap": faulty_laps, "scene": faulty_scenes}
+POSE_SIGMAS, POSE_SHARE = 5.0, 0.01  # no larger share of poses is beyond
+FAR_SIGMAS, FAR_POSE_M, FAR_TAG_M = 6.0, 0.05, 0.02  # no pose and no tag is beyond both
+SAME_STAMP_NS = 1e6
+FAULTS = ("SILENT", "ALARM", "REFUSED CLEAN")
+
+
+@dataclasses.dataclass
+class Worst:
+    """`far`: beyond both bounds. A deviation is the distance over the standard deviation in its direction."""
+    name: str = "-"
+    off_m: float = 0.0
+    sigmas: float = 0.0
+    far: bool = False
+
+    def take(self, name: str, off_m: float, sigmas: float, far: bool) -> None:
+        if (far, off_m if far else sigmas) > (self.far, self.off_m if self.far else self.sigmas):
+            self.name, self.off_m, self.sigmas, self.far = name, off_m, sigmas, far
+
+    def __str__(self) -> str:
+        return f"{self.name} {1000 * self.off_m:.0f} mm {self.sigmas:.1f} sigma"
+
+
+@dataclasses.dataclass
+class Outcome:
+    verdict: str
+    tag: Worst
+    pose: Worst
+    pose_share: float  # of the poses beyond POSE_SIGMAS
+    missing: int  # tags that are not in the map
+    named: list[str]
+    accused: list[str]
+    words: list[str]
+
+
+def sigma_along(error: np.ndarray, covariance: np.ndarray) -> float:
+    length = float(np.linalg.norm(error))
+    direction = error / length if length > 0 else np.array([1.0, 0, 0])
+    return math.sqrt(max(float(direction @ covariance @ direction), 1e-12))
+
+
+def centre_covariance(position: np.ndarray, tangent: np.ndarray) -> np.ndarray:
+    """3 x 3, of a tag's centre from its left tangent."""
+    x, y, z = position
+    lever = np.hstack([np.eye(3), -np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])])
+    return lever @ tangent @ lever.T
+
+
+def judge_tags(truth: Truth, folder: pathlib.Path) -> tuple[Worst, int, float]:
+    """The worst tag, the number of missing ones, and the largest standard deviation of a tag [m]."""
+    mapped, tangents = judge.read_map(folder / "map.yaml"), duplicates_test.covariances(folder / "map.yaml")
+    worst, sigmas_m = Worst(), [0.0]
+    for number, map_T_tag in mapped.items():
+        position = map_T_tag[:3, 3]
+        errors = sorted((position - place for place in truth.places.get(number, [])), key=np.linalg.norm)
+        if not errors:
+            worst.take(f"tag {number} (no such tag)", math.inf, math.inf, True)
+            continue
+        off_m = float(np.linalg.norm(errors[0]))
+        covariance = centre_covariance(position, tangents[number]) if number in tangents else np.zeros((3, 3))
+        sigmas = off_m / sigma_along(errors[0], covariance)
+        sigmas_m.append(math.sqrt(np.trace(covariance)))
+        worst.take(f"tag {number}", off_m, sigmas if off_m > 1e-4 else 0.0, off_m > FAR_TAG_M and sigmas > FAR_SIGMAS)
+    return worst, len(set(truth.places) - set(mapped)), max(sigmas_m)
+
+
+def read_poses(folder: pathlib.Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Stamps [ns], positions and, of a lap, the covariances of the positions."""
+    rows = np.loadtxt(next(folder.glob("trajectory*.txt")), ndmin=2)
+    table = folder / "trajectory_covariance.csv"
+    if not table.exists():
+        return 1e9 * rows[:, 0], rows[:, 1:4], None
+    lower = np.loadtxt(table, delimiter=",", comments="#", ndmin=2)[:, 1:7]
+    covariances = lower[:, [0, 1, 3, 1, 2, 4, 3, 4, 5]].reshape(-1, 3, 3)
+    return 1e9 * rows[:, 0], rows[:, 1:4], covariances
+
+
+def judge_poses(truth: Truth, folder: pathlib.Path, tag_sigma_m: float) -> tuple[Worst, float]:
+    """The worst pose, and the share beyond POSE_SIGMAS. If the program states no covariances of poses, those of one frame's corners and of the least
+    certain tag replace them."""
+    stamps_ns, positions, covariances = read_poses(folder)
+    worst, beyond = Worst(), []
+    for i, (stamp_ns, position) in enumerate(zip(stamps_ns, positions)):
+        at = int(np.argmin(np.abs(truth.stamps_ns - stamp_ns)))
+        if abs(truth.stamps_ns[at] - stamp_ns) > SAME_STAMP_NS:
+            continue
+        error = position - truth.poses[at][:3, 3]
+        off_m = float(np.linalg.norm(error))
+        sigma_m = math.hypot(truth.deviations_m[at], tag_sigma_m) if covariances is None else sigma_along(error, covariances[i])
+        beyond.append(off_m > POSE_SIGMAS * sigma_m)
+        worst.take(f"{(stamp_ns - stamps_ns[0]) / 1e9:.1f} s", off_m, off_m / sigma_m, off_m > FAR_POSE_M and off_m > FAR_SIGMAS * sigma_m)
+    return worst, float(np.mean(beyond)) if beyond else 1.0
+
+
+def verdict_of(clean: bool, code: int, within: bool, named: list[str], words: list[str]) -> str:
+    if clean and code != 0:
+        return "REFUSED CLEAN"
+    if clean and within and words:
+        return "ALARM"
+    if code != 0:
+        return "refused" if named else "refused, unnamed"
+    if within:
+        return "right, named" if named else "right"
+    return "named" if named else "SILENT"
+
+
+def run(program: str, kind: str, seed: int, choice: str, folder: pathlib.Path) -> tuple[Truth, Outcome]:
+    """Writes the recording and the map into the folder."""
+    truth = KINDS[kind].write(folder, seed, choice)
+    done = subprocess.run([program, *KINDS[kind].command(folder)], capture_output=True, text=True, timeout=900, check=False)
+    (folder / "stdout.txt").write_text(done.stdout)
+    (folder / "stderr.txt").write_text(done.stderr)
+    if done.returncode not in (0, 1):
+        raise RuntimeError(f"{kind} {seed}: exit code {done.returncode}: {done.stderr[-500:]}")
+    return truth, outcome(truth, choice == "none", done.returncode, folder)
+
+
+def outcome(truth: Truth, clean: bool, code: int, folder: pathlib.Path) -> Outcome:
+    """Judges what the program wrote into the folder."""
+    report = json.loads((folder / "stdout.txt").read_text().strip().splitlines()[-1]) if code == 0 else {}
+    words = report.get("warnings", [(folder / "stderr.txt").read_text().strip()])
+    named = [cause.kind for cause in truth.causes if map_causes.is_named(cause, report, words)]
+    tag, pose, share, missing = Worst(), Worst(), 0.0, 0
+    if code == 0:
+        tag, missing, tag_sigma_m = judge_tags(truth, folder / "out")
+        pose, share = judge_poses(truth, folder / "out", tag_sigma_m)
+    within = not tag.far and not pose.far and share <= POSE_SHARE
+    verdict = verdict_of(clean, code, within, named, words)
+    return Outcome(verdict, tag, pose, share, missing, named, map_causes.accused(truth.causes, report), words)
+
+
+def row(kind: str, seed: int, truth: Truth, found: Outcome) -> str:
+    causes = "; ".join(f"{cause.kind} {cause.what} {cause.amount}" for cause in truth.causes) or "none"
+    return (f"{kind} {seed} | {causes} | {found.verdict} | {found.tag} | {found.pose}, {100 * found.pose_share:.1f} % | missing {found.missing} | "
+            f"named {' '.join(found.named) or '-'}" + "".join(f" | not injected: {name}" for name in found.accused)
+            + "".join(f" | {word[:160]}" for word in found.words))
+
+
+@dataclasses.dataclass
+class Judged:
+    seed: int
+    is_fault: bool
+    line: str
+
+
+def judge_seeds(program: str, kind: str, seeds: list[int], choice: str, folder: pathlib.Path) -> typing.Iterator[Judged]:
+    """A row for each seed. The recordings and maps of faults are kept."""
+    for seed in seeds:
+        place = folder / f"{kind}-{choice}-{seed}"
+        truth, found = run(program, kind, seed, choice, place)
+        is_fault = found.verdict in FAULTS
+        if not is_fault:
+            shutil.rmtree(place)
+        yield Judged(seed, is_fault, row(kind, seed, truth, found))
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("kind", choices=KINDS)
+    parser.add_argument("seeds", help="such as 7 or 1-40")
+    parser.add_argument("--folder", type=pathlib.Path, required=True, help="for recordings and maps; those of faults are kept")
+    parser.add_argument("--causes", choices=map_causes.CHOICES, default="random")
+    args = parser.parse_args()
+    first, _, last = args.seeds.partition("-")
+    faults = 0
+    for judged in judge_seeds(args.program, args.kind, list(range(int(first), int(last or first) + 1)), args.causes, args.folder):
+        print(judged.line, flush=True)
+        faults += judged.is_fault
+    print(f"{faults} faults")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
