@@ -54,9 +54,11 @@ class CornerCamera:
                 continue
             if self._rng.random() < self._options.miss:
                 continue
-            gaussian = math.isinf(self._options.degrees_of_freedom)
-            noise = self._options.sigma_px * (self._rng.standard_normal((4, 2)) if gaussian else self._rng.standard_t(self._options.degrees_of_freedom, (4, 2)))
-            corners = pixels + noise + 0.5  # on the wire, pixel centres are at half pixels
+            corners = pixels + self._noise_px() + 0.5  # on the wire, pixel centres are at half pixels
             seen.append({"tag": f"tag36h11:{tag.number}", "corners_px": np.round(corners, 4).tolist(),
                          "corner_sigma_px": self._options.stated_sigma_px, "hamming": 0, "decision_margin": 60.0})
         return seen
+
+    def _noise_px(self) -> np.ndarray:
+        degrees = self._options.degrees_of_freedom
+        return self._options.sigma_px * (self._rng.standard_normal((4, 2)) if math.isinf(degrees) else self._rng.standard_t(degrees, (4, 2)))

@@ -95,11 +95,11 @@ def mount(rng: np.random.Generator) -> tuple[body.Camera, list[Cause]]:
     assumed = body.Camera()
     if rng.random() < 0.5:
         forward, left = rng.choice([-1, 1], 2) * rng.uniform(0.01, 0.05, 2)
-        camera, amount = dataclasses.replace(assumed, x_m=assumed.x_m + forward, y_m=assumed.y_m + left), f"{forward:+.3f} {left:+.3f} m"
-        return camera, [Cause("mounting", "cam", amount)]
+        camera = dataclasses.replace(assumed, x_m=assumed.x_m + forward, y_m=assumed.y_m + left)
+        return camera, [Cause("mounting", "cam", f"{forward:+.3f} {left:+.3f} m")]
     roll, pitch, yaw = rng.choice([-1, 1], 3) * np.radians(rng.uniform(0.5, 4.0, 3))
-    camera, amount = dataclasses.replace(assumed, roll_rad=roll, pitch_rad=pitch, yaw_rad=yaw), "{:+.1f} {:+.1f} {:+.1f} deg".format(*np.degrees([roll, pitch, yaw]))
-    return camera, [Cause("mounting", "cam", amount)]
+    camera = dataclasses.replace(assumed, roll_rad=roll, pitch_rad=pitch, yaw_rad=yaw)
+    return camera, [Cause("mounting", "cam", "{:+.1f} {:+.1f} {:+.1f} deg".format(*np.degrees([roll, pitch, yaw])))]
 
 
 def inject(kinds: list[str], world: World, driven: Drive, camera: body.Camera, rng: np.random.Generator) -> list[Cause]:

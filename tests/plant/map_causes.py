@@ -57,7 +57,7 @@ def tags_of(report: dict, key: str) -> set[int]:
     return {int(str(entry["tag"]).split(":")[-1]) for entry in report.get(key) or []}
 
 
-def says(words: list[str], tag: int, text: str) -> bool:
+def warns_of(words: list[str], tag: int, text: str) -> bool:
     """Whether one of the warnings starts with this tag and contains the text."""
     return any(re.match(rf"tag(36h11:| ){tag}\b", line) and re.search(text, line) for line in words)
 
@@ -68,9 +68,9 @@ def is_named(cause: Cause, report: dict, words: list[str]) -> bool:
     if cause.kind == "size":
         return int(cause.what) in tags_of(report, "wrong_sizes")
     if cause.kind == "moved":
-        return int(cause.what) in tags_of(report, "moved_tags") or says(words, int(cause.what), "moved")
+        return int(cause.what) in tags_of(report, "moved_tags") or warns_of(words, int(cause.what), "moved")
     if cause.kind == "duplicate":
-        return int(cause.what) in tags_of(report, "duplicate_ids") or says(words, int(cause.what), "two tags carry|two places")
+        return int(cause.what) in tags_of(report, "duplicate_ids") or warns_of(words, int(cause.what), "two tags carry|two places")
     text = {"misread": "misread id", "clock": rf"^(?=.*(?:{cause.what}))(?=.*(?:clock|stamp|latency|time offset))",
             "mounting": f"camera mounting differs|given pose of camera {cause.what}"}[cause.kind]
     return any(re.search(text, line) for line in words)

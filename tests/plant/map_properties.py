@@ -29,7 +29,8 @@ KINDS = {"lap": faulty_laps, "scene": faulty_scenes}
 POSE_SIGMAS, POSE_SHARE = 5.0, 0.01  # no larger share of poses is beyond
 FAR_SIGMAS, FAR_POSE_M, FAR_TAG_M = 6.0, 0.05, 0.02  # no pose and no tag is beyond both
 SAME_STAMP_NS = 1e6
-FAULTS = ("SILENT", "ALARM", "REFUSED CLEAN")
+LONGEST_S = 900
+FAULTS = ("SILENT", "ALARM", "REFUSED CLEAN", "TOO LONG")
 
 
 @dataclasses.dataclass
@@ -134,7 +135,10 @@ def verdict_of(clean: bool, code: int, within: bool, named: list[str], words: li
 def run(program: str, kind: str, seed: int, choice: str, folder: pathlib.Path) -> tuple[Truth, Outcome]:
     """Writes the recording and the map into the folder."""
     truth = KINDS[kind].write(folder, seed, choice)
-    done = subprocess.run([program, *KINDS[kind].command(folder)], capture_output=True, text=True, timeout=900, check=False)
+    try:
+        done = subprocess.run([program, *KINDS[kind].command(folder)], capture_output=True, text=True, timeout=LONGEST_S, check=False)
+    except subprocess.TimeoutExpired:
+        return truth, Outcome("TOO LONG", Worst(), Worst(), 0.0, 0, [], [], [])
     (folder / "stdout.txt").write_text(done.stdout)
     (folder / "stderr.txt").write_text(done.stderr)
     if done.returncode not in (0, 1):
@@ -158,8 +162,9 @@ def outcome(truth: Truth, clean: bool, code: int, folder: pathlib.Path) -> Outco
 
 def row(kind: str, seed: int, truth: Truth, found: Outcome) -> str:
     causes = "; ".join(f"{cause.kind} {cause.what} {cause.amount}" for cause in truth.causes) or "none"
+    unnamed = [cause.kind for cause in truth.causes if cause.kind not in found.named]
     return (f"{kind} {seed} | {causes} | {found.verdict} | {found.tag} | {found.pose}, {100 * found.pose_share:.1f} % | missing {found.missing} | "
-            f"named {' '.join(found.named) or '-'}" + "".join(f" | not injected: {name}" for name in found.accused)
+            f"named {' '.join(found.named) or '-'}, not {' '.join(unnamed) or '-'}" + "".join(f" | not injected: {name}" for name in found.accused)
             + "".join(f" | {word[:160]}" for word in found.words))
 
 
