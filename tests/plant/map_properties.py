@@ -30,6 +30,7 @@ POSE_SIGMAS, POSE_SHARE = 5.0, 0.01  # no larger share of poses is beyond
 FAR_SIGMAS, FAR_POSE_M, FAR_TAG_M = 6.0, 0.05, 0.02  # no pose and no tag is beyond both
 SAME_STAMP_NS = 1e6
 LONGEST_S = 900
+WORDS = 160  # characters of each warning in the table
 
 
 @dataclasses.dataclass
@@ -51,13 +52,17 @@ class Worst:
 @dataclasses.dataclass
 class Outcome:
     verdict: str  # in capitals: a fault
-    tag: Worst
-    pose: Worst
-    pose_share: float  # of the poses beyond POSE_SIGMAS
-    missing: int  # tags that are not in the map
-    named: list[str]
-    accused: list[str]
-    words: list[str]
+    tag: Worst = dataclasses.field(default_factory=Worst)
+    pose: Worst = dataclasses.field(default_factory=Worst)
+    pose_share: float = 0.0  # of the poses beyond POSE_SIGMAS
+    missing: list[int] = dataclasses.field(default_factory=list)  # tags that are not in the map
+    unreal: list[int] = dataclasses.field(default_factory=list)  # tags of the map that do not exist
+    named: list[str] = dataclasses.field(default_factory=list)
+    accused: list[str] = dataclasses.field(default_factory=list)
+    words: list[str] = dataclasses.field(default_factory=list)
+
+    def is_within(self) -> bool:
+        return not self.tag.far and not self.pose.far and self.pose_share <= POSE_SHARE and not self.unreal
 
 
 def sigma_along(error: np.ndarray, covariance: np.ndarray) -> float:
@@ -73,22 +78,20 @@ def centre_covariance(position: np.ndarray, tangent: np.ndarray) -> np.ndarray:
     return lever @ tangent @ lever.T
 
 
-def judge_tags(truth: Truth, folder: pathlib.Path) -> tuple[Worst, int, float]:
-    """The worst tag, the number of missing ones, and the largest standard deviation of a tag [m]."""
+def judge_tags(truth: Truth, folder: pathlib.Path, found: Outcome) -> float:
+    """Returns the largest standard deviation of a tag [m]."""
     mapped, tangents = judge.read_map(folder / "map.yaml"), duplicates_test.covariances(folder / "map.yaml")
-    worst, sigmas_m = Worst(), [0.0]
-    for number, map_T_tag in mapped.items():
-        position = map_T_tag[:3, 3]
-        errors = sorted((position - place for place in truth.places.get(number, [])), key=np.linalg.norm)
-        if not errors:
-            worst.take(f"tag {number} (no such tag)", math.inf, math.inf, True)
-            continue
-        off_m = float(np.linalg.norm(errors[0]))
+    found.missing, found.unreal = sorted(set(truth.places) - set(mapped)), sorted(set(mapped) - set(truth.places))
+    sigmas_m = [0.0]
+    for number in sorted(set(mapped) & set(truth.places)):
+        position = mapped[number][:3, 3]
+        error = min((position - place for place in truth.places[number]), key=np.linalg.norm)
+        off_m = float(np.linalg.norm(error))
         covariance = centre_covariance(position, tangents[number]) if number in tangents else np.zeros((3, 3))
-        sigmas = off_m / sigma_along(errors[0], covariance)
+        sigmas = off_m / sigma_along(error, covariance)
         sigmas_m.append(math.sqrt(np.trace(covariance)))
-        worst.take(f"tag {number}", off_m, sigmas if off_m > 1e-4 else 0.0, off_m > FAR_TAG_M and sigmas > FAR_SIGMAS)
-    return worst, len(set(truth.places) - set(mapped)), max(sigmas_m)
+        found.tag.take(f"tag {number}", off_m, sigmas if off_m > 1e-4 else 0.0, off_m > FAR_TAG_M and sigmas > FAR_SIGMAS)
+    return max(sigmas_m)
 
 
 def read_poses(folder: pathlib.Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
@@ -102,11 +105,10 @@ def read_poses(folder: pathlib.Path) -> tuple[np.ndarray, np.ndarray, np.ndarray
     return 1e9 * rows[:, 0], rows[:, 1:4], covariances
 
 
-def judge_poses(truth: Truth, folder: pathlib.Path, tag_sigma_m: float) -> tuple[Worst, float]:
-    """The worst pose, and the share beyond POSE_SIGMAS. If the program states no covariances of poses, those of one frame's corners and of the least
-    certain tag replace them."""
+def judge_poses(truth: Truth, folder: pathlib.Path, tag_sigma_m: float, found: Outcome) -> None:
+    """If the program states no covariances of poses, those of one frame's corners and of the least certain tag replace them."""
     stamps_ns, positions, covariances = read_poses(folder)
-    worst, beyond = Worst(), []
+    beyond = []
     for i, (stamp_ns, position) in enumerate(zip(stamps_ns, positions)):
         at = int(np.argmin(np.abs(truth.stamps_ns - stamp_ns)))
         if abs(truth.stamps_ns[at] - stamp_ns) > SAME_STAMP_NS:
@@ -115,20 +117,20 @@ def judge_poses(truth: Truth, folder: pathlib.Path, tag_sigma_m: float) -> tuple
         off_m = float(np.linalg.norm(error))
         sigma_m = math.hypot(truth.deviations_m[at], tag_sigma_m) if covariances is None else sigma_along(error, covariances[i])
         beyond.append(off_m > POSE_SIGMAS * sigma_m)
-        worst.take(f"{(stamp_ns - stamps_ns[0]) / 1e9:.1f} s", off_m, off_m / sigma_m, off_m > FAR_POSE_M and off_m > FAR_SIGMAS * sigma_m)
-    return worst, float(np.mean(beyond)) if beyond else 1.0
+        found.pose.take(f"{(stamp_ns - stamps_ns[0]) / 1e9:.1f} s", off_m, off_m / sigma_m, off_m > FAR_POSE_M and off_m > FAR_SIGMAS * sigma_m)
+    found.pose_share = float(np.mean(beyond)) if beyond else 1.0
 
 
-def verdict_of(clean: bool, code: int, within: bool, named: list[str], words: list[str]) -> str:
+def verdict_of(clean: bool, code: int, found: Outcome) -> str:
     if clean and code != 0:
         return "REFUSED CLEAN"
-    if clean and within and words:
+    if clean and found.is_within() and found.words:
         return "ALARM"
     if code != 0:
-        return "refused" if named else "refused, unnamed"
-    if within:
-        return "right, named" if named else "right"
-    return "named" if named else "SILENT"
+        return "refused" if found.named else "refused, unnamed"
+    if found.is_within():
+        return "right, named" if found.named else "right"
+    return "named" if found.named else "SILENT"
 
 
 def run(program: str, kind: str, seed: int, choice: str, folder: pathlib.Path) -> tuple[Truth, Outcome]:
@@ -137,11 +139,11 @@ def run(program: str, kind: str, seed: int, choice: str, folder: pathlib.Path) -
     try:
         done = subprocess.run([program, *KINDS[kind].command(folder)], capture_output=True, text=True, timeout=LONGEST_S, check=False)
     except subprocess.TimeoutExpired:
-        return truth, Outcome("TOO LONG", Worst(), Worst(), 0.0, 0, [], [], [])
+        return truth, Outcome("TOO LONG")
     (folder / "stdout.txt").write_text(done.stdout)
     (folder / "stderr.txt").write_text(done.stderr)
     if done.returncode not in (0, 1):
-        return truth, Outcome(f"EXIT {done.returncode}", Worst(), Worst(), 0.0, 0, [], [], [])
+        return truth, Outcome(f"EXIT {done.returncode}")
     return truth, outcome(truth, choice == "none", done.returncode, folder)
 
 
@@ -149,22 +151,22 @@ def outcome(truth: Truth, clean: bool, code: int, folder: pathlib.Path) -> Outco
     """Judges what the program wrote into the folder."""
     report = json.loads((folder / "stdout.txt").read_text().strip().splitlines()[-1]) if code == 0 else {}
     words = report.get("warnings", [(folder / "stderr.txt").read_text().strip()])
-    named = [cause.kind for cause in truth.causes if map_causes.is_named(cause, report, words)]
-    tag, pose, share, missing = Worst(), Worst(), 0.0, 0
+    found = Outcome("", words=words, accused=map_causes.accused(truth.causes, report))
+    found.named = [cause.kind for cause in truth.causes if map_causes.is_named(cause, report, words)]
     if code == 0:
-        tag, missing, tag_sigma_m = judge_tags(truth, folder / "out")
-        pose, share = judge_poses(truth, folder / "out", tag_sigma_m)
-    within = not tag.far and not pose.far and share <= POSE_SHARE
-    verdict = verdict_of(clean, code, within, named, words)
-    return Outcome(verdict, tag, pose, share, missing, named, map_causes.accused(truth.causes, report), words)
+        tag_sigma_m = judge_tags(truth, folder / "out", found)
+        judge_poses(truth, folder / "out", tag_sigma_m, found)
+    found.verdict = verdict_of(clean, code, found)
+    return found
 
 
 def row(kind: str, seed: int, truth: Truth, found: Outcome) -> str:
     causes = "; ".join(f"{cause.kind} {cause.what} {cause.amount}" for cause in truth.causes) or "none"
     unnamed = [cause.kind for cause in truth.causes if cause.kind not in found.named]
-    return (f"{kind} {seed} | {causes} | {found.verdict} | {found.tag} | {found.pose}, {100 * found.pose_share:.1f} % | missing {found.missing} | "
+    outside = "".join(f" | {name} {numbers}" for name, numbers in (("missing", found.missing), ("no such tag", found.unreal)) if numbers)
+    return (f"{kind} {seed} | {causes} | {found.verdict} | {found.tag} | {found.pose}, {100 * found.pose_share:.1f} %{outside} | "
             f"named {' '.join(found.named) or '-'}, not {' '.join(unnamed) or '-'}" + "".join(f" | not injected: {name}" for name in found.accused)
-            + "".join(f" | {word[:160]}" for word in found.words))
+            + "".join(f" | {word[:WORDS]}" for word in found.words))
 
 
 @dataclasses.dataclass
