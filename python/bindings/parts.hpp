@@ -171,6 +171,22 @@ void parts(Like<MissingTag> auto& value, auto&& apply) {
   auto& [tag, expected_images, passes, last_seen_s] = value;
   apply(tag, expected_images, passes, last_seen_s);
 }
+void parts(Like<TagCut> auto& value, auto&& apply) {
+  auto& [beyond, by, observations, otherwise_sigma_m] = value;
+  apply(beyond, by, observations, otherwise_sigma_m);
+}
+void parts(Like<SensorExplanation> auto& value, auto&& apply) {
+  auto& [fault, explained, sigma, log_odds, gyro_up] = value;
+  apply(fault, explained, sigma, log_odds, gyro_up);
+}
+void parts(Like<SensorExplanations> auto& value, auto&& apply) {
+  auto& [likely, rival, decided, intervals] = value;
+  apply(likely, rival, decided, intervals);
+}
+void parts(Like<SensorFinding> auto& value, auto&& apply) {
+  auto& [found, measure] = value;
+  apply(found, measure);
+}
 void parts(Like<LoopClosure> auto& value, auto&& apply) {
   auto& [tag, away_s, way_m, before_m, before_rad, after_m] = value;
   apply(tag, away_s, way_m, before_m, before_rad, after_m);
@@ -187,19 +203,19 @@ void parts(Like<MountingEstimate> auto& value, auto&& apply) {
 }
 void parts(Like<BundleFigures> auto& value, auto&& apply) {
   auto& [start_map, start_trajectory, iterations, rms_px, noise_ratio, wrong_sizes, moved_tags, missing_tags,
-         size_spread, size_scale, size_scale_sigma, correlated_frames, rejected, left_out, odometry_scales,
-         odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise,
-         turns_by_gyro, without_gyro_share] = value;
+         thin_cuts, size_spread, size_scale, size_scale_sigma, correlated_frames, rejected, left_out,
+         odometry_scales, odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used,
+         turn_noise, turns_by_gyro, without_gyro_share] = value;
   apply(start_map, start_trajectory, iterations, rms_px, noise_ratio, wrong_sizes, moved_tags, missing_tags,
-        size_spread, size_scale, size_scale_sigma, correlated_frames, rejected, left_out, odometry_scales,
-        odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise,
-        turns_by_gyro, without_gyro_share);
+        thin_cuts, size_spread, size_scale, size_scale_sigma, correlated_frames, rejected, left_out,
+        odometry_scales, odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used,
+        turn_noise, turns_by_gyro, without_gyro_share);
 }
 void parts(Like<MappedLap> auto& value, auto&& apply) {
   auto& [map, observations, trajectory, trajectory_covariance, route, route_repeated_m, frames,
-         frames_without_pose, warnings, bundle] = value;
+         frames_without_pose, warnings, bundle, sensors] = value;
   apply(map, observations, trajectory, trajectory_covariance, route, route_repeated_m, frames,
-        frames_without_pose, warnings, bundle);
+        frames_without_pose, warnings, bundle, sensors);
 }
 void parts(Like<TagMapErrors> auto& value, auto&& apply) {
   auto& [tags, rmse_m, max_m, orientation_rmse_deg, missing, unknown] = value;

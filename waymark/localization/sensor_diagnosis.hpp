@@ -57,11 +57,11 @@ struct SensorDiagnosis {
 };
 
 /// Explains contradictions between the sources, and derives the corrections that are safe. Those are units,
-/// axes, signs and scales of the gyro, time offsets with a standard deviation of at most 0.02 s or an
-/// eighth of the offset, and units and scales of the odometry. The explanation must be decided, unless its
-/// rival results in the same poses. If the gyro is the suspect, but its fault is not decided or cannot be
-/// corrected, it is not usable. Finds at most three faults. Time offsets are searched for up to 5 times
-/// SensorExplanationOptions::max_offset_s.
+/// axes, signs and scales of the gyro, and units and scales of the odometry. A time offset is corrected if
+/// its standard deviation is at most 0.02 s or an eighth of the offset. The explanation must be decided,
+/// unless its rival results in the same poses. If the gyro is the suspect, but its fault is not decided or
+/// cannot be corrected, it is not usable. Finds at most three faults. Time offsets are searched for up to 5
+/// times SensorExplanationOptions::max_offset_s.
 [[nodiscard]] SensorDiagnosis diagnose_sensors(MotionSources sources,
                                                const SensorExplanationOptions& options = {});
 

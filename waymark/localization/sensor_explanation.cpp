@@ -32,8 +32,9 @@ struct FaultRow {
   double min_reported = 0;             ///< smaller values have no effect that matters
 };
 
-/// The prior probabilities. Public reports about robots name gyros in deg/s and with z down most often, then
-/// latencies and scales; a factor of 57.3 is far more likely for a gyro than for wheels.
+/// The prior probabilities. The most frequent faults in public reports about robots are gyros in deg/s and
+/// with z down. Latencies and scales are less frequent. A factor of 57.3 is far more likely for a gyro than
+/// for wheels.
 constexpr std::array kFaults{
     FaultRow{SensorFault::GyroUnit, "gyro_unit", SensorKind::Gyro, 0.02},
     FaultRow{SensorFault::GyroAxis, "gyro_axis", SensorKind::Gyro, 0.02},

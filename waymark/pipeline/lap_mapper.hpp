@@ -95,8 +95,8 @@ struct TaughtLap {
 
 /// Maps a taught lap: estimates a map of the tags, the trajectory of the base, and a route. Faults of sensors
 /// that contradict the others are corrected first where that is safe (diagnose_lap()). Fails if
-/// MapMethod::Chain should extend a map, and if the lap has no frames, does not contain the anchor, has no
-/// second tag that can be mapped, or is too short for a route.
+/// MapMethod::Chain should extend a map. Also fails if the lap has no frames, does not contain the anchor,
+/// has no second tag that can be mapped, or is too short for a route.
 [[nodiscard]] Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup,
                                         const MapLapOptions& options = {}, const MapProgress& progress = {});
 
