@@ -53,7 +53,7 @@ enum class ImageTies : std::uint8_t {
 
 /// The thin cuts of a map, with motion and without, except for those that motion, priors and distances check,
 /// and the rarely observed tags. A cut is not checked if the variance of a position beyond it would be more
-/// than twice as large without its observations: a wrong observation that no gate rejects then moves the tags
+/// than twice as large without its observations. A wrong observation that no gate rejects then moves the tags
 /// by more than five standard deviations. `P`: covariance of the bundle. Costs at most two more covariance()
 /// if there are cuts and such ties. The bundle is the same before and after.
 [[nodiscard]] std::vector<ThinCut> unchecked_cuts(Bundle& bundle, const BundleCovariance& P,
