@@ -159,7 +159,7 @@ void list_prior_differences(const TagMap& prior, const VideoAnchors& anchors, Ma
 Status check_prior_place(const TagMap& prior, const VideoAnchors& anchors, const MapVideoReport& report) {
   constexpr double kGate = 5;
   constexpr double kMaxSame_m = 0.1;
-  const auto agreeing = std::ranges::count_if(report.beside, [](const TagBesidePrior& tag) {
+  const auto agreeing = std::ranges::count_if(report.beside, [&](const TagBesidePrior& tag) {
     return tag.off_m.norm() <= std::max(kGate * tag.sigma_m.norm(), kMaxSame_m);
   });
   const auto exact =
