@@ -249,6 +249,8 @@ concept HasParts = requires(const T& value) { parts(value, [](const auto&...) {}
 constexpr FaultKind last_of(FaultKind) { return FaultKind::BatterySag; }
 constexpr RejectReason last_of(RejectReason) { return RejectReason::UnreliableCorners; }
 constexpr ReplayState last_of(ReplayState) { return ReplayState::Incomplete; }
+constexpr SensorFault last_of(SensorFault) { return SensorFault::ObservedUnrelated; }
+constexpr SensorMeasure last_of(SensorMeasure) { return SensorMeasure::GyroNotUsed; }
 
 /// A value to be filled: default-constructed, or with a placeholder camera for types that need one.
 template <class T>
