@@ -168,7 +168,8 @@ def record(folder: pathlib.Path, kinds, causes, pose, rig: Rig, prints: list[Pri
         places.setdefault(tag.number, []).append(tag.pose[:3, 3])
     duplicate_scenes.write(folder, duplicate_scenes.Scene("", {GIVEN: prints[GIVEN].earlier}, rig.given, images, walked, odometry, places, [], []))
     deviations_m = [resection_sigma_m(walked[f], rig, f, prints) for f in numbers]
-    return Truth(causes, places, np.array([START_NS + f * STEP_NS for f in numbers]), np.array(walked), deviations_m)
+    ids = [{number for seen in images[f] for number, _ in seen} for f in numbers]
+    return Truth(causes, places, np.array([START_NS + f * STEP_NS for f in numbers]), np.array(walked), deviations_m, ids)
 
 
 def command(folder: pathlib.Path) -> list[str]:

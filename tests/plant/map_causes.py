@@ -22,12 +22,13 @@ class Cause:
 @dataclasses.dataclass
 class Truth:
     """What was recorded. `places`: of each id, the centres of its prints at the end [m]. `poses`: stamps [ns] and poses of the base or the rig.
-    `deviations_m`: one for each pose that the program states no covariance for, empty if it does."""
+    Scenes, of whose poses the program states no covariance: `deviations_m` of each pose if the tags were exact, and the ids that its images show."""
     causes: list[Cause]
     places: dict[int, list[np.ndarray]]
     stamps_ns: np.ndarray
     poses: np.ndarray
     deviations_m: list[float] = dataclasses.field(default_factory=list)
+    ids: list[set[int]] = dataclasses.field(default_factory=list)
 
 
 def draw_kinds(choice: str, rng: np.random.Generator) -> list[str]:

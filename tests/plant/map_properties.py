@@ -78,20 +78,20 @@ def centre_covariance(position: np.ndarray, tangent: np.ndarray) -> np.ndarray:
     return lever @ tangent @ lever.T
 
 
-def judge_tags(truth: Truth, folder: pathlib.Path, found: Outcome) -> float:
-    """Returns the largest standard deviation of a tag [m]."""
+def judge_tags(truth: Truth, folder: pathlib.Path, found: Outcome) -> dict[int, float]:
+    """Returns the standard deviations of the tags [m]."""
     mapped, tangents = judge.read_map(folder / "map.yaml"), duplicates_test.covariances(folder / "map.yaml")
     found.missing, found.unreal = sorted(set(truth.places) - set(mapped)), sorted(set(mapped) - set(truth.places))
-    sigmas_m = [0.0]
+    sigmas_m = {}
     for number in sorted(set(mapped) & set(truth.places)):
         position = mapped[number][:3, 3]
         error = min((position - place for place in truth.places[number]), key=np.linalg.norm)
         off_m = float(np.linalg.norm(error))
         covariance = centre_covariance(position, tangents[number]) if number in tangents else np.zeros((3, 3))
         sigmas = off_m / sigma_along(error, covariance)
-        sigmas_m.append(math.sqrt(np.trace(covariance)))
+        sigmas_m[number] = math.sqrt(np.trace(covariance))
         found.tag.take(f"tag {number}", off_m, sigmas if off_m > 1e-4 else 0.0, off_m > FAR_TAG_M and sigmas > FAR_SIGMAS)
-    return max(sigmas_m)
+    return sigmas_m
 
 
 def read_poses(folder: pathlib.Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
@@ -105,8 +105,8 @@ def read_poses(folder: pathlib.Path) -> tuple[np.ndarray, np.ndarray, np.ndarray
     return 1e9 * rows[:, 0], rows[:, 1:4], covariances
 
 
-def judge_poses(truth: Truth, folder: pathlib.Path, tag_sigma_m: float, found: Outcome) -> None:
-    """If the program states no covariances of poses, those of one frame's corners and of the least certain tag replace them."""
+def judge_poses(truth: Truth, folder: pathlib.Path, tag_sigmas_m: dict[int, float], found: Outcome) -> None:
+    """If the program states no covariances of poses, those of one frame's corners and of its least certain tag replace them."""
     stamps_ns, positions, covariances = read_poses(folder)
     beyond = []
     for i, (stamp_ns, position) in enumerate(zip(stamps_ns, positions)):
@@ -115,7 +115,11 @@ def judge_poses(truth: Truth, folder: pathlib.Path, tag_sigma_m: float, found: O
             continue
         error = position - truth.poses[at][:3, 3]
         off_m = float(np.linalg.norm(error))
-        sigma_m = math.hypot(truth.deviations_m[at], tag_sigma_m) if covariances is None else sigma_along(error, covariances[i])
+        if covariances is None:
+            of_tags = [tag_sigmas_m[number] for number in truth.ids[at] if number in tag_sigmas_m]
+            sigma_m = math.hypot(truth.deviations_m[at], max(of_tags, default=math.inf))
+        else:
+            sigma_m = sigma_along(error, covariances[i])
         beyond.append(off_m > POSE_SIGMAS * sigma_m)
         found.pose.take(f"{(stamp_ns - stamps_ns[0]) / 1e9:.1f} s", off_m, off_m / sigma_m, off_m > FAR_POSE_M and off_m > FAR_SIGMAS * sigma_m)
     found.pose_share = float(np.mean(beyond)) if beyond else 1.0
@@ -154,8 +158,7 @@ def outcome(truth: Truth, clean: bool, code: int, folder: pathlib.Path) -> Outco
     found = Outcome("", words=words, accused=map_causes.accused(truth.causes, report))
     found.named = [cause.kind for cause in truth.causes if map_causes.is_named(cause, report, words)]
     if code == 0:
-        tag_sigma_m = judge_tags(truth, folder / "out", found)
-        judge_poses(truth, folder / "out", tag_sigma_m, found)
+        judge_poses(truth, folder / "out", judge_tags(truth, folder / "out", found), found)
     found.verdict = verdict_of(clean, code, found)
     return found
 
