@@ -41,6 +41,8 @@ class World:
     """The tags, after the move if there is one. `reads`: ids that differ from the number of the tag."""
     tags: list[course.Tag]
     earlier: list[course.Tag]
+    moved: int = -1  # the tag that no image shows while it is moved
+    left_at_s: float = -math.inf
     moved_at_s: float = -math.inf
     reads: dict[int, int] = dataclasses.field(default_factory=dict)
 
@@ -83,10 +85,11 @@ def move(world: World, number: int, driven: Drive, camera: body.Camera, rng: np.
         by_m, angle, turn = rng.uniform(0.03, 0.4), rng.uniform(0, 2 * math.pi), rng.uniform(-0.2, 0.2)
         after = dataclasses.replace(tag, x_m=tag.x_m + by_m * math.cos(angle), y_m=tag.y_m + by_m * math.sin(angle), facing_rad=tag.facing_rad + turn)
         at_s = times[int(rng.uniform(0.25, 0.75) * len(times))] - 0.5 * TICK_S
-        if sum(now > at_s for now in seen_at(driven, camera, after)) >= LEAST_OBSERVATIONS:
+        until_s = at_s + rng.uniform(*map_causes.HIDDEN_S)
+        if sum(now > until_s for now in seen_at(driven, camera, after)) >= LEAST_OBSERVATIONS:
             break
     world.earlier = list(world.tags)
-    world.tags[number], world.moved_at_s = after, at_s
+    world.tags[number], world.moved, world.left_at_s, world.moved_at_s = after, number, at_s, until_s
     return Cause("moved", str(number), f"by {by_m:.3f} m at {at_s:.1f} s")
 
 
@@ -132,6 +135,8 @@ def detections(world: World, driven: Drive, camera: body.Camera, late_s: float, 
         looking = before if now < world.moved_at_s else after
         for seen in looking.look(frames.inverse(pose @ camera.base_T_camera())):
             number = int(seen["tag"].split(":")[1])
+            if number == world.moved and world.left_at_s <= now < world.moved_at_s:
+                continue
             number = world.reads.get(number, number)
             if rng.random() < misread_share:
                 number = map_causes.misread(number, course.TAGS, rng)

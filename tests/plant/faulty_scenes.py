@@ -27,10 +27,15 @@ class Print:
     scale: float  # its printed size over the given size
     earlier: np.ndarray  # map_T_tag before it is moved
     pose: np.ndarray
-    moved_at: int = 0  # the first frame at `pose`
+    left_at: int = 0  # the first frame that is not at `earlier`
+    moved_at: int = 0  # the first frame at `pose`; no image shows the print between both
 
     def at(self, frame: int) -> np.ndarray:
         return self.pose if frame >= self.moved_at else self.earlier
+
+    def image(self, map_T_cam: np.ndarray, frame: int) -> np.ndarray | None:
+        hidden = self.left_at <= frame < self.moved_at
+        return None if hidden else duplicate_scenes.image_of(map_T_cam, self.at(frame), self.scale)
 
 
 @dataclasses.dataclass
@@ -46,7 +51,7 @@ class Rig:
 def views_of(pose, rig: Rig, tag: Print) -> list[int]:
     """The frames whose images show the print."""
     return [f for f in range(ROUNDS * ROUND_FRAMES) if any(
-        duplicate_scenes.image_of(pose(f - late) @ camera, tag.at(f), tag.scale) is not None for camera, late in zip(rig.true, rig.late))]
+        tag.image(pose(f - late) @ camera, f) is not None for camera, late in zip(rig.true, rig.late))]
 
 
 def draw_rig(kinds: list[str], rng: np.random.Generator) -> tuple[Rig, list[Cause]]:
@@ -79,10 +84,11 @@ def move(tag: Print, pose, rig: Rig, rng: np.random.Generator) -> Cause:
         else:
             after = duplicate_scenes.on_wall(rng.uniform(0, 28), rng)
         at = frames_before[int(rng.uniform(0.25, 0.75) * len(frames_before))]
-        moved = dataclasses.replace(tag, pose=after, moved_at=at)
-        if sum(f >= at for f in views_of(pose, rig, moved)) >= LEAST_OBSERVATIONS:
+        until = at + int(rng.uniform(*map_causes.HIDDEN_S) * 1e9 / STEP_NS)
+        moved = dataclasses.replace(tag, pose=after, left_at=at, moved_at=until)
+        if sum(f >= until for f in views_of(pose, rig, moved)) >= LEAST_OBSERVATIONS:
             break
-    tag.pose, tag.moved_at = after, at
+    tag.pose, tag.left_at, tag.moved_at = after, at, until
     return Cause("moved", str(tag.number), f"by {np.linalg.norm(after[:3, 3] - tag.earlier[:3, 3]):.3f} m at {at * STEP_NS / 1e9:.1f} s")
 
 
@@ -112,7 +118,7 @@ def inject(kinds: list[str], prints: list[Print], pose, rig: Rig, rng: np.random
 def detect(map_T_cam, frame: int, prints: list[Print], misread_share: float, rng: np.random.Generator) -> list[tuple[int, np.ndarray]]:
     seen = []
     for tag in prints:
-        px = duplicate_scenes.image_of(map_T_cam, tag.at(frame), tag.scale)
+        px = tag.image(map_T_cam, frame)
         if px is None or rng.random() < MISS:
             continue
         number = map_causes.misread(tag.number, TAGS, rng) if rng.random() < misread_share else tag.number
@@ -127,7 +133,7 @@ def resection_sigma_m(map_T_rig, rig: Rig, frame: int, prints: list[Print]) -> f
     for rig_T_cam in rig.true:
         cam_T_rig = frames.inverse(rig_T_cam)
         for tag in prints:
-            if duplicate_scenes.image_of(map_T_rig @ rig_T_cam, tag.at(frame), tag.scale) is None:
+            if tag.image(map_T_rig @ rig_T_cam, frame) is None:
                 continue
             in_map = duplicate_scenes.CORNERS @ tag.at(frame)[:3, :3].T + tag.at(frame)[:3, 3]
             for p in (in_map - map_T_rig[:3, 3]) @ map_T_rig[:3, :3]:

@@ -8,6 +8,7 @@ KINDS = ["size", "moved", "duplicate", "misread", "clock", "mounting"]
 CHOICES = ["random", "none", *KINDS]
 PRINT_SIGMA = 0.003  # of each tag's size, in every recording
 MOST_CAUSES = 3
+HIDDEN_S = (0.7, 3.0)  # while a tag is moved by hand
 # A sentence that lists rejected observations by tag names neither a kind nor a tag.
 REJECTIONS = re.compile(r"^\d+ of \d+ tag observations are inconsistent")
 
