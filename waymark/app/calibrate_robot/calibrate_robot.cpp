@@ -10,6 +10,7 @@
 #include "waymark/app/common/file_kind.hpp"
 #include "waymark/app/common/lap_input.hpp"
 #include "waymark/app/common/output_files.hpp"
+#include "waymark/app/common/sensor_finding_fields.hpp"
 #include "waymark/app/map/map_extension.hpp"
 #include "waymark/config/yaml/calibration_file.hpp"
 #include "waymark/config/yaml/map_file.hpp"
@@ -249,6 +250,9 @@ Result<CalibrateRobotReport> by_lap(const CalibrateRobotJob& job, const JobContr
 Result<CalibrateRobotReport> by_innovations(const CalibrateRobotJob& job, const JobControl& control) {
   Result<LocalizeInputs> inputs = read_localize_inputs(job.drive, control);
   if (!inputs) return tl::unexpected(inputs.error());
+  for (const SensorFinding& finding : inputs->sensors.findings) {
+    if (!is_odometry_scale(finding)) inputs->warnings.push_back(describe(finding));
+  }
   // Ground truth is not used here.
   if (affects(inputs->other_clock, StampedKind::Odometry) || affects(inputs->other_clock, StampedKind::Imu))
     return in_recording(inputs->other_clock->error, job.drive);

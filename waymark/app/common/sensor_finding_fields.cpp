@@ -19,6 +19,11 @@ std::string source_name(SensorKind source) {
 
 }  // namespace
 
+bool is_odometry_scale(const SensorFinding& finding) {
+  const SensorFault fault = finding.found.likely.front().fault;
+  return fault == SensorFault::OdometryYawScale || fault == SensorFault::OdometryDistanceScale;
+}
+
 ReportFields fields(const SensorExplanation& explanation) {
   const Eigen::Vector3d& up = explanation.gyro_up;
   return {{"fault", "Stable name of the fault, such as gyro_unit", std::string(to_string(explanation.fault))},

@@ -12,6 +12,9 @@ inline constexpr std::string_view kSensorsHelp =
 
 /// A fault of a sensor, in the reports of localize, map and info.
 [[nodiscard]] ReportFields fields(const SensorFinding& finding);
+/// Whether the finding is a scale of the odometry, which most robots have. Programs estimate it, and do not
+/// report it as a problem.
+[[nodiscard]] bool is_odometry_scale(const SensorFinding& finding);
 /// One explanation without its rival.
 [[nodiscard]] ReportFields fields(const SensorExplanation& explanation);
 

@@ -92,7 +92,7 @@ void add_sensor_problems(MessageLog& log, const JobControl& control, RecordingIn
   for (SensorFinding& finding : diagnosis.findings) {
     const SensorFault fault = finding.found.likely.front().fault;
     finding.measure = SensorMeasure::None;
-    if (fault == SensorFault::OdometryYawScale || fault == SensorFault::OdometryDistanceScale) continue;
+    if (is_odometry_scale(finding)) continue;
     info.problems.push_back({LogProblem::Kind::Trap,
                              std::string(to_string(fault)),
                              {ErrorCode::InvalidArgument, describe(finding)}});

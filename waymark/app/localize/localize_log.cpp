@@ -274,7 +274,6 @@ void correct_sensors(const LocalizeJob& job, LocalizeInputs& inputs) {
       diagnose_sensors(motion_sources(inputs.samples, setup.landmarks, setup.sensor, setup.filter));
   if (job.no_adapt) inputs.sensors = without_scales_and_times(std::move(inputs.sensors));
   apply(inputs.sensors.correction, inputs.samples, setup.filter);
-  for (const SensorFinding& finding : inputs.sensors.findings) inputs.warnings.push_back(describe(finding));
 }
 
 /// Applies the mounting of a planar sensor and then the calibration, which overrides it.
@@ -514,6 +513,15 @@ std::vector<std::string> adapt(const std::vector<Sample>& samples, LocalizerSetu
   return messages;
 }
 
+/// `camera_latency_s`: with the corrections.
+std::string sensor_message(const SensorFinding& finding, double camera_latency_s) {
+  const bool latency = finding.found.likely.front().fault == SensorFault::ObservationTime &&
+                       finding.measure == SensorMeasure::Corrected;
+  if (!latency) return describe(finding);
+  return fmt::format("{}. Set the camera latency with `camera_latency_s={:.3f}`", describe(finding),
+                     camera_latency_s);
+}
+
 }  // namespace
 
 void start_localizer(const LocalizeJob& job, Localizer& localizer) {
@@ -552,6 +560,10 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   report->method = job.method;
   report->sensors = inputs.sensors.findings;
   report->problems = localizer->method().problems();
+  for (const SensorFinding& finding : inputs.sensors.findings) {
+    if (is_odometry_scale(finding)) continue;
+    report->problems.push_back(sensor_message(finding, inputs.setup.filter.camera_latency_s));
+  }
   if (first.suspect)
     report->problems.emplace_back(
         "the innovations are larger than predicted; the reported covariance accounts for this");

@@ -156,9 +156,10 @@ TEST(LocalizeText, ContainsCountsPoseAndNis) {
 
 TEST(LocalizeReport, UnknownValuesAreNull) {
   LocalizeReport report{.method = LocalizationKind::Ekf, .estimates = 4, .certain = 3};
-  EXPECT_EQ(to_json(fields(report)).dump(),
-            R"({"method":"ekf","estimates":4,"certain":3,"first_fix_s":null,"observations":0,"accepted":0,)"
-            R"("nis_mean":0.0,"lasting_nis":null,"duration_s":0.0,"wall_s":0.0,"last":null,"problems":[]})");
+  EXPECT_EQ(
+      to_json(fields(report)).dump(),
+      R"({"method":"ekf","estimates":4,"certain":3,"first_fix_s":null,"observations":0,"accepted":0,)"
+      R"("nis_mean":0.0,"lasting_nis":null,"duration_s":0.0,"wall_s":0.0,"last":null,"sensors":[],"problems":[]})");
   report.last = LocalizationEstimate{.map_T_base = SE2(1, 2, 0.5), .certain = false};
   EXPECT_EQ(to_json(fields(report))["last"].dump(), R"({"x_m":1.0,"y_m":2.0,"yaw_rad":0.5,"certain":false})");
 }
